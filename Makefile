@@ -1,0 +1,46 @@
+# Everything runs in an environment of its own; only Python 3.11+ and make are needed.
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/installed
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint types bench golden samples clean
+
+help: ## This list
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
+
+# Made again when the dependencies or the entry point change; otherwise a second run starts at once.
+$(STAMP): pyproject.toml mocap_skel/__init__.py
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "mocap-skel needs Python 3.11 or newer: make PYTHON=python3.11 ..." >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+demo: $(STAMP) ## Fit the bundled range-of-motion clip and print its joint table
+	$(BIN)/mocap-skel fit sample_data/range_of_motion.c3d --assoc cmu --format csv --format bvh -o demo_output --overwrite
+
+test: lint types $(STAMP) ## Lint, types and all tests
+	$(BIN)/python -m pytest -q
+
+lint: $(STAMP) ## ruff: rules and format
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(STAMP) ## mypy, strict
+	$(BIN)/mypy
+
+bench: $(STAMP) ## Timings side by side, and accuracy against known truth
+	$(BIN)/python benchmarks/bench_fit.py
+	$(BIN)/python benchmarks/accuracy.py
+
+golden: $(STAMP) ## Rewrite the golden results; review the diff before committing it
+	$(BIN)/python tests/golden.py
+
+samples: $(STAMP) ## Make sample_data again from its generator
+	$(BIN)/python sample_data/make.py
+
+clean: ## Remove the environment, caches and demo results
+	rm -rf $(VENV) demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,56 @@
+"""Optical motion-capture clips with known truth: for tests, studies and your own experiments.
+
+Example:
+    >>> from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
+    >>> faults = Faults(sigma=0.001, slide=0.005, dropout=0.1)
+    >>> clip = record(human(), marker_set("cmu"), range_of_motion(20, 100), faults, seed=1)
+    >>> clip.points.shape, clip.truth["LeftKnee"].shape
+    ((2000, 41, 3), (2000, 3))
+
+`write_c3d` and `write_truth` put it on disk, as does ``python -m mocap_skel.artificial``. Any other
+figure is a `Figure` of `Segment`s with a dict of markers, moved by `circumduct` or a `Motion`.
+"""
+
+from mocap_skel.artificial.faults import Faults
+from mocap_skel.artificial.figure import STATURE, Figure, Motion, Pose, Segment, Vector, human
+from mocap_skel.artificial.markers import LABELS, MarkerSet, marker_set
+from mocap_skel.artificial.motion import (
+    ROM_DEGREES,
+    Limits,
+    circumduct,
+    dance,
+    range_of_motion,
+    still,
+    walk,
+)
+from mocap_skel.artificial.recording import Recording, merge, record
+from mocap_skel.artificial.rotations import swing_twist
+from mocap_skel.artificial.write import UNITS, write_c3d, write_truth
+
+__all__ = [
+    "LABELS",
+    "ROM_DEGREES",
+    "STATURE",
+    "UNITS",
+    "Faults",
+    "Figure",
+    "Limits",
+    "MarkerSet",
+    "Motion",
+    "Pose",
+    "Recording",
+    "Segment",
+    "Vector",
+    "circumduct",
+    "dance",
+    "human",
+    "marker_set",
+    "merge",
+    "range_of_motion",
+    "record",
+    "still",
+    "swing_twist",
+    "walk",
+    "write_c3d",
+    "write_truth",
+]

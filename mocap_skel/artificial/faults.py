@@ -1,0 +1,117 @@
+"""What a camera system and the skin do to markers: noise, slide and drop-outs, all seeded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Faults:
+    """How a recording departs from the truth; the default is not at all.
+
+    Attributes:
+        sigma: standard deviation of white noise on each coordinate, metres.
+        correlated: standard deviation of additional noise on each coordinate that is correlated
+            in time (first-order autoregressive), metres.
+        correlation_time: its time constant, seconds.
+        slide: how far the skin carries a marker along the segment's surface when the joint nearest
+            to it is bent by 90 degrees, metres, at most; a slow drift of a fifth of that comes on
+            top. In proportion to sin(angle / 2), in a direction of each marker's own.
+        dropout: share of the samples that are missing, 0 to below 1, independently per marker.
+        burst: mean length of a drop-out, frames. Where `dropout` leaves less than one frame
+            between bursts on average, they last longer.
+        lost: labels of markers that are missing in the whole clip.
+
+    Raises:
+        ValueError: a value out of its range.
+    """
+
+    sigma: float = 0.0
+    correlated: float = 0.0
+    correlation_time: float = 0.5
+    slide: float = 0.0
+    dropout: float = 0.0
+    burst: float = 10.0
+    lost: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if min(self.sigma, self.correlated, self.slide) < 0:
+            raise ValueError("sigma, correlated and slide are lengths, they cannot be negative")
+        if not self.correlation_time > 0:
+            raise ValueError(f"correlation_time must be positive, got {self.correlation_time}")
+        if not 0 <= self.dropout < 1:
+            raise ValueError(f"dropout is a share from 0 to below 1, got {self.dropout}")
+        if not self.burst >= 1:
+            raise ValueError(f"burst must be at least one frame, got {self.burst}")
+
+
+def correlated_noise(shape: tuple[int, ...], memory: float, rng: np.random.Generator) -> Array:
+    """Stationary first-order autoregressive noise of unit variance along the first axis.
+
+    Args:
+        shape: of the result, frames first.
+        memory: correlation from one frame to the next, 0 to below 1.
+        rng: source of randomness.
+    """
+    noise = rng.standard_normal(shape)
+    noise[1:] *= np.sqrt(1 - memory**2)
+    # x[t] = Σ memory^k e[t - k]: each pass doubles the number of terms, in place of a loop.
+    step = 1
+    while step < shape[0] and memory**step > 1e-17:
+        noise[step:] += memory**step * noise[:-step]
+        step *= 2
+    return noise
+
+
+def slide_tracks(half_sines: Array, normals: Array, rate: float, rng: np.random.Generator) -> Array:
+    """Displacements along the skin for a slide of one metre (see `Faults.slide`).
+
+    Args:
+        half_sines: of the joint nearest to each marker: axis times sin(angle / 2),
+            (frames, markers, 3), in the axes of the marker's segment.
+        normals: unit vectors off the skin in the same axes, (markers, 3).
+        rate: frames a second.
+        rng: source of randomness.
+
+    Returns:
+        (frames, markers, 3), in the axes of the marker's segment.
+    """
+    frames, markers, _ = half_sines.shape
+    own, _ = np.linalg.qr(rng.standard_normal((markers, 3, 3)))
+    bent = np.einsum("mij,fmj->fmi", own, half_sines) * np.sqrt(2.0)
+    hertz, phase = rng.uniform([[[0.02]], [[0.0]]], [[[0.1]], [[2 * np.pi]]], (2, markers, 3))
+    times = np.arange(frames)[:, None, None] / rate
+    drift = 0.2 / np.sqrt(3) * np.sin(2 * np.pi * hertz * times + phase)
+    free = bent + drift
+    return np.asarray(free - (free * normals).sum(axis=-1, keepdims=True) * normals)
+
+
+def missing_samples(
+    frames: int, markers: int, share: float, burst: float, rng: np.random.Generator
+) -> Mask:
+    """Where samples drop out, (frames, markers): a two-state Markov chain for each marker.
+
+    Both states last for geometrically distributed times, so that the chain may start anywhere in
+    one, and a share of the samples is missing on average; arguments as in `Faults`.
+    """
+    if share == 0:
+        return np.zeros((frames, markers), dtype=np.bool_)
+    gone = max(burst, share / (1 - share))
+    seen = gone * (1 - share) / share
+    mask = np.empty((frames, markers), dtype=np.bool_)
+    pairs = frames // 2 + 1
+    for marker in range(markers):
+        missing_first = bool(rng.random() < share)
+        means = [gone, seen] if missing_first else [seen, gone]
+        lengths = rng.geometric(1 / np.tile(means, pairs))
+        states = np.tile([missing_first, not missing_first], pairs)
+        # Lengths past the end are cut first: a long clip's would be repeated to many times its own.
+        count = int(np.searchsorted(np.cumsum(lengths), frames)) + 1
+        mask[:, marker] = np.repeat(states[:count], lengths[:count])[:frames]
+    return mask

@@ -1,0 +1,93 @@
+"""Marker sets as data: label -> (segment, position on the skin in the segment's axes, metres)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mocap_skel.artificial.figure import STATURE, Vector, mirrored, scaled
+
+MarkerSet = Mapping[str, tuple[str, Vector]]
+"""Any set: marker label -> (segment, position in the segment's axes, metres)."""
+
+_UPPER = (
+    "LSHO", "LUPA", "LELB", "LFRM", "LWRA", "LWRB", "LFIN",
+    "RSHO", "RUPA", "RELB", "RFRM", "RWRA", "RWRB", "RFIN",
+)  # fmt: skip
+
+LABELS: dict[str, tuple[str, ...]] = {
+    "cmu": (
+        "LFHD", "RFHD", "LBHD", "RBHD", "C7", "T10", "CLAV", "STRN", "RBAC", *_UPPER,
+        "LFWT", "RFWT", "LBWT", "RBWT",
+        "LTHI", "LKNE", "LSHN", "LANK", "LHEE", "LTOE", "LMT5",
+        "RTHI", "RKNE", "RSHN", "RANK", "RHEE", "RTOE", "RMT5",
+    ),
+    "plug_in_gait": (
+        "LFHD", "RFHD", "LBHD", "RBHD", "C7", "T10", "CLAV", "STRN", "RBAK", *_UPPER,
+        "LASI", "RASI", "LPSI", "RPSI",
+        "LTHI", "LKNE", "LTIB", "LANK", "LHEE", "LTOE",
+        "RTHI", "RKNE", "RTIB", "RANK", "RHEE", "RTOE",
+    ),
+}  # fmt: skip
+"""The sets that `marker_set` knows, with their labels in the order of the vendors' files."""
+
+_SINGLE: dict[str, tuple[str, Vector]] = {
+    "C7": ("Chest", (-0.070, 0.0, 0.435)),
+    "T10": ("Chest", (-0.105, 0.0, 0.180)),
+    "CLAV": ("Chest", (0.075, 0.0, 0.355)),
+    "STRN": ("Chest", (0.115, 0.0, 0.195)),
+    "RBAC": ("Chest", (-0.110, -0.085, 0.275)),
+    "RBAK": ("Chest", (-0.110, -0.085, 0.275)),
+}
+
+# Bony landmarks lie where palpation finds them on a subject of STATURE: epicondyles and malleoli
+# at the height of their joint and half the joint's width (plus the marker's radius) to the side.
+_LEFT: dict[str, tuple[str, Vector]] = {
+    "FHD": ("Head", (0.115, 0.070, 0.150)),
+    "BHD": ("Head", (-0.070, 0.065, 0.155)),
+    "SHO": ("Chest", (-0.005, 0.178, 0.423)),
+    "UPA": ("UpperLeftArm", (0.005, 0.052, -0.165)),
+    "ELB": ("UpperLeftArm", (-0.008, 0.043, -0.322)),
+    "FRM": ("LowerLeftArm", (0.005, 0.042, -0.120)),
+    "WRA": ("LowerLeftArm", (0.037, 0.010, -0.247)),
+    "WRB": ("LowerLeftArm", (-0.036, 0.012, -0.245)),
+    "FIN": ("LeftHand", (0.012, 0.023, -0.090)),
+    "FWT": ("Hips", (0.075, 0.130, 0.095)),
+    "BWT": ("Hips", (-0.110, 0.062, 0.105)),
+    "ASI": ("Hips", (0.072, 0.122, 0.086)),
+    "PSI": ("Hips", (-0.110, 0.045, 0.092)),
+    "THI": ("UpperLeftLeg", (0.010, 0.092, -0.200)),
+    "KNE": ("UpperLeftLeg", (0.002, 0.053, -0.424)),
+    "SHN": ("LowerLeftLeg", (0.042, 0.034, -0.185)),
+    "TIB": ("LowerLeftLeg", (0.005, 0.058, -0.200)),
+    "ANK": ("LowerLeftLeg", (-0.006, 0.040, -0.426)),
+    "HEE": ("LeftFoot", (-0.068, 0.004, -0.030)),
+    "TOE": ("LeftFoot", (0.122, 0.006, -0.036)),
+    "MT5": ("LeftFoot", (0.090, 0.050, -0.045)),
+}
+
+# Technicians put these at different heights on the two sides, to tell the sides apart.
+_RIGHT_LOWER = {"UPA": 0.035, "FRM": 0.015, "THI": 0.040, "SHN": 0.030, "TIB": 0.045}
+
+
+def _site(label: str) -> tuple[str, Vector]:
+    if label in _SINGLE:
+        return _SINGLE[label]
+    side, name = label[0], label[1:]
+    segment, point = _LEFT[name]
+    if side == "L":
+        return segment, point
+    x, y, z = mirrored(point)
+    return segment.replace("Left", "Right"), (x, y, z - _RIGHT_LOWER.get(name, 0.0))
+
+
+def marker_set(name: str, stature: float = STATURE) -> dict[str, tuple[str, Vector]]:
+    """The markers of a set ("cmu", "plug_in_gait") on a human of a stature in metres.
+
+    Raises:
+        ValueError: a set that is not in `LABELS`.
+    """
+    if name not in LABELS:
+        raise ValueError(f"no marker set {name!r}; there are {', '.join(LABELS)}")
+    sites = {label: _site(label) for label in LABELS[name]}
+    k = stature / STATURE
+    return {label: (segment, scaled(point, k)) for label, (segment, point) in sites.items()}

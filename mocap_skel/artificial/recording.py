@@ -1,0 +1,186 @@
+"""A figure, its markers and a motion become a clip that keeps its truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.artificial.faults import (
+    Faults,
+    correlated_noise,
+    missing_samples,
+    slide_tracks,
+)
+from mocap_skel.artificial.figure import Figure, Motion, Pose, Vector
+from mocap_skel.artificial.markers import MarkerSet
+from mocap_skel.artificial.rotations import half_sine
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """An artificial clip and all that is true of it. Metres, seconds, Z up.
+
+    Attributes:
+        points: what the cameras saw, (frames, markers, 3), missing = NaN.
+        labels: the markers' names, with `Subject:` prefixes if there are subjects.
+        rate: frames a second.
+        first_frame: number of the first frame, counted from 1.
+        clean: the markers on rigid segments, without any fault, like `points`.
+        truth: joint -> its path in the lab, (frames, 3), in the figure's order.
+        constants: joint -> its place in its parent's axes, (3,).
+        poses: segment -> its pose in every frame.
+        subjects: their names, if the recording is of named subjects; they then prefix the keys of
+            `truth`, `constants` and `poses` too.
+    """
+
+    points: Array
+    labels: tuple[str, ...]
+    rate: float
+    first_frame: int
+    clean: Array
+    truth: Mapping[str, Array]
+    constants: Mapping[str, Array]
+    poses: Mapping[str, Pose]
+    subjects: tuple[str, ...] = ()
+
+
+def record(
+    figure: Figure,
+    markers: MarkerSet,
+    motion: Motion,
+    faults: Faults | None = None,
+    *,
+    seed: int = 0,
+    first_frame: int = 1,
+    place: Vector = (0.0, 0.0, 0.0),
+) -> Recording:
+    """Film a motion.
+
+    Args:
+        figure, markers, motion: who, what is seen of it, and what it does.
+        faults: noise, slide and drop-outs; none by default.
+        seed: of the faults. Each kind has a stream of its own: more noise leaves the gaps alone.
+        first_frame: number of the first frame, counted from 1.
+        place: where the figure's origin stands, metres.
+
+    Raises:
+        ValueError: no markers, a marker on a segment that the figure does not have, a lost marker
+            that is not in the set.
+    """
+    faults = faults or Faults()
+    labels = tuple(markers)
+    _check(figure, markers, faults)
+    moved = Motion(motion.rate, motion.shift + np.array(place), motion.rotations)
+    poses = figure.poses(moved)
+    clean = np.stack([poses[name].place(point) for name, point in markers.values()], axis=1)
+    white, slow, skin, gaps = np.random.default_rng(seed).spawn(4)
+    points = clean.copy()
+    if faults.slide:
+        points += faults.slide * _skin(figure, markers, poses, motion, skin)
+    if faults.correlated:
+        memory = np.exp(-1 / (motion.rate * faults.correlation_time))
+        points += faults.correlated * correlated_noise(points.shape, memory, slow)
+    if faults.sigma:
+        points += faults.sigma * white.standard_normal(points.shape)
+    frames = len(points)
+    points[missing_samples(frames, len(labels), faults.dropout, faults.burst, gaps)] = np.nan
+    points[:, [label in faults.lost for label in labels]] = np.nan
+    joints = figure.joints
+    return Recording(
+        points=points,
+        labels=labels,
+        rate=motion.rate,
+        first_frame=first_frame,
+        clean=clean,
+        truth={joint: poses[child.name].origin for joint, child in joints.items()},
+        constants={joint: np.array(child.offset) for joint, child in joints.items()},
+        poses=poses,
+    )
+
+
+def merge(recordings: Mapping[str, Recording]) -> Recording:
+    """Several subjects in one clip: subject's name -> its own recording; names become prefixes.
+
+    Raises:
+        ValueError: no recordings, a name that is empty or holds a colon, a recording that has
+            subjects already, or recordings whose rate, first frame or length differ.
+    """
+    if not recordings:
+        raise ValueError("nothing to merge")
+    for name, one in recordings.items():
+        if not name or ":" in name or one.subjects:
+            raise ValueError(f"{name!r} cannot name a subject, or has subjects of its own")
+    kinds = {(r.rate, r.first_frame, len(r.points)) for r in recordings.values()}
+    if len(kinds) > 1:
+        raise ValueError(f"rate, first frame and frame count must agree, got {sorted(kinds)}")
+    rate, first_frame, _ = kinds.pop()
+    each = recordings.items()
+    return Recording(
+        points=np.concatenate([r.points for r in recordings.values()], axis=1),
+        labels=tuple(f"{name}:{label}" for name, r in each for label in r.labels),
+        rate=rate,
+        first_frame=first_frame,
+        clean=np.concatenate([r.clean for r in recordings.values()], axis=1),
+        truth={f"{name}:{key}": value for name, r in each for key, value in r.truth.items()},
+        constants={f"{name}:{key}": c for name, r in each for key, c in r.constants.items()},
+        poses={f"{name}:{key}": pose for name, r in each for key, pose in r.poses.items()},
+        subjects=tuple(recordings),
+    )
+
+
+def _check(figure: Figure, markers: MarkerSet, faults: Faults) -> None:
+    if not markers:
+        raise ValueError("a recording needs at least one marker")
+    known = {segment.name for segment in figure.segments}
+    for label, (segment, _) in markers.items():
+        if segment not in known:
+            raise ValueError(f"marker {label!r} is on {segment!r}, which the figure does not have")
+    unknown = sorted(set(faults.lost) - set(markers))
+    if unknown:
+        raise ValueError(f"lost markers that are not in the set: {', '.join(unknown)}")
+
+
+def _skin(
+    figure: Figure,
+    markers: MarkerSet,
+    poses: Mapping[str, Pose],
+    motion: Motion,
+    rng: np.random.Generator,
+) -> Array:
+    """Displacements in the lab for a slide of one metre, (frames, markers, 3)."""
+    parents = {segment.name: segment.parent for segment in figure.segments}
+    half_sines = np.zeros((len(motion.shift), len(markers), 3))
+    for i, (segment, point) in enumerate(markers.values()):
+        # Joints at this segment as seen from it: (where, the segment whose rotation it makes).
+        joints = [(s.offset, s.name) for s in figure.segments if s.parent == segment]
+        if parents[segment] is not None:
+            joints.append(((0.0, 0.0, 0.0), segment))
+        if not joints:
+            continue
+        nearest = min(joints, key=lambda joint: float(np.linalg.norm(np.subtract(point, joint[0]))))
+        rotation = motion.rotations.get(nearest[1])
+        if rotation is not None:
+            # A rotation's axis has the same components in the axes of both its segments.
+            half_sines[:, i] = half_sine(rotation)
+    tracks = slide_tracks(half_sines, _normals(figure, markers), motion.rate, rng)
+    turn = np.stack([poses[segment].rotation for segment, _ in markers.values()], axis=1)
+    return np.asarray((turn @ tracks[..., None])[..., 0])
+
+
+def _normals(figure: Figure, markers: MarkerSet) -> Array:
+    """Unit vectors from each marker's bone to the marker, in the segment's axes, (markers, 3)."""
+    positions = np.array([point for _, point in markers.values()])
+    bones = np.stack([figure.bones[segment] for segment, _ in markers.values()])
+    square = (bones**2).sum(axis=1)
+    along = np.divide(
+        (positions * bones).sum(axis=1), square, out=np.zeros(len(bones)), where=square > 0
+    )
+    out = positions - np.clip(along, 0.0, 1.0)[:, None] * bones
+    length = np.linalg.norm(out, axis=1, keepdims=True)
+    # A marker on the bone itself has no skin to lie on and may slide anywhere.
+    return np.asarray(np.divide(out, length, out=np.zeros_like(out), where=length > 1e-6))

@@ -1,0 +1,36 @@
+"""Turning a fit so that another axis points up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mocap_skel.fit import SkeletonFit
+from mocap_skel.pose import Array, Pose
+
+AXES = ("x", "y", "z")
+
+
+def turned(fit: SkeletonFit, up: str | None) -> SkeletonFit:
+    """The same fit in axes of which `up` is the vertical one; None leaves it as it is.
+
+    The axes are renamed in a circle, so that a right-handed system stays one: from z up to y up,
+    (x, y, z) becomes (y, z, x).
+    """
+    if up is None or up == fit.up:
+        return fit
+    turn = np.roll(np.eye(3), AXES.index(up) - AXES.index(fit.up), axis=0)
+    return replace(
+        fit,
+        up=up,
+        segments={
+            name: replace(segment, pose=_turned(segment.pose, turn))
+            for name, segment in fit.segments.items()
+        },
+        joints=tuple(replace(joint, track=joint.track @ turn.T) for joint in fit.joints),
+    )
+
+
+def _turned(pose: Pose, turn: Array) -> Pose:
+    return Pose(turn @ pose.rotation, pose.origin @ turn.T)

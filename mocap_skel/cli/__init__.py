@@ -1,0 +1,97 @@
+"""The command line: one module a command, loaded when it is called, and one door for every error."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from importlib import import_module
+
+import click
+
+from mocap_skel import __version__
+from mocap_skel.errors import CallError, MocapSkelError
+
+# Command → the line that `mocap-skel --help` shows for it, so that help loads no command.
+COMMANDS = {
+    "fit": "Fit a skeleton to clips: joint centres, moving skeleton, evidence.",
+    "inspect": "Show what is in a clip before anyone fits it.",
+}
+
+NOTHING_FITTED = 3
+USAGE = 2
+INTERRUPTED = 130
+BUG = 1
+
+
+class _Commands(click.Group):
+    """Loads a command's module on its first use."""
+
+    # click hands every method its context, needed or not.
+    # ruff: noqa: ARG002
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(f"mocap_skel.cli.{cmd_name}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(
+    cls=_Commands,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Example: mocap-skel fit walk.c3d --assoc cmu -o out",
+)
+@click.version_option(__version__, message="mocap-skel %(version)s")
+@click.option("--debug", is_flag=True, help="Show the traceback of an unexpected error.")
+@click.pass_context
+def group(ctx: click.Context, debug: bool) -> None:
+    """Skeletons from optical motion capture: C3D in, joint centres and a moving skeleton out.
+
+    No initial guess and no optimisation: closed-form sphere fits, one pass over the data.
+    """
+    ctx.obj = debug
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit: the one place where errors become a line and an exit code."""
+    debug = "--debug" in (sys.argv[1:] if arguments is None else arguments)
+    try:
+        code = group.main(arguments, "mocap-skel", standalone_mode=False)
+        sys.stdout.flush()
+    except click.ClickException as error:
+        error.show()
+        code = error.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("mocap-skel: interrupted", err=True)
+        code = INTERRUPTED
+    except MocapSkelError as error:
+        complain(error)
+        code = USAGE if isinstance(error, CallError) else NOTHING_FITTED
+    except BrokenPipeError:
+        # The reader of our output has seen enough; Python would complain once more while exiting.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    except Exception as error:  # the last door: anything else is our mistake
+        if debug:
+            traceback.print_exc()
+        click.echo(
+            f"mocap-skel: this is a bug: {type(error).__name__}: {error}\n"
+            "  please report it with the output of the same command after 'mocap-skel --debug'",
+            err=True,
+        )
+        code = BUG
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def complain(error: MocapSkelError) -> None:
+    """An error as one line, with what to do about it."""
+    hint = f" ({error.hint})" if error.hint else ""
+    click.echo(f"mocap-skel: error: {error.message}{hint}", err=True)

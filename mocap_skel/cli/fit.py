@@ -1,0 +1,180 @@
+"""mocap-skel fit: clips in, skeletons and joint statistics out."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mocap_skel.cli import NOTHING_FITTED, USAGE, complain, options
+from mocap_skel.errors import CallError, ClipError, MocapSkelError
+
+if TYPE_CHECKING:
+    from mocap_skel.batch import Done, Job
+
+FORMATS = ("csv", "bvh")
+SOME_FAILED = 1
+
+
+@click.command(
+    "fit",
+    epilog="Example: mocap-skel fit walk.c3d --assoc cmu --format csv --format bvh -o out",
+)
+@options.clips
+@options.association
+@options.skeleton
+@options.subject
+@click.option(
+    "--format", "-f", "formats", multiple=True, type=click.Choice(FORMATS), default=("csv",),
+    show_default=True, help="Result format; repeat it for several.",
+)  # fmt: skip
+@options.output
+@options.overwrite
+@click.option(
+    "--sigma", type=options.Length(), metavar="LENGTH", show_default="estimated",
+    help="Noise standard deviation of a marker, with its unit: 1mm.",
+)  # fmt: skip
+@click.option(
+    "--pose", type=click.Choice(["least-squares", "triad"]), default="least-squares",
+    show_default=True, help="Segment poses from all visible markers, or from three.",
+)  # fmt: skip
+@click.option(
+    "--up", type=click.Choice(["x", "y", "z"]), help="Turn the results so that this axis points up."
+    "  [default: as in the clip; y for bvh]",
+)  # fmt: skip
+@click.option("--trim", is_flag=True, help="bvh: leave out incomplete frames at both ends.")
+@options.unit
+@options.rate
+@options.as_json
+@options.quiet
+def command(
+    clips: tuple[Path, ...],
+    association: str | None,
+    skeleton: str | None,
+    subject: str | None,
+    formats: tuple[str, ...],
+    output: str,
+    overwrite: bool,
+    sigma: float | None,
+    pose: str,
+    up: str | None,
+    trim: bool,
+    unit: str | None,
+    rate: float | None,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Fit a skeleton to each CLIP and write it.
+
+    For walk.c3d, csv makes walk.skeleton.csv (the joints in every frame) and walk.joints.csv (each
+    joint with its evidence), bvh makes walk.bvh. The joint table goes to standard output. Column
+    'known' tells whether the motion shows the joint: yes, weak or no.
+
+    Exit codes: 0 all done, 1 some clips failed, 2 wrong call or association file, 3 nothing could
+    be fitted, 130 interrupted.
+    """
+    if association is None:
+        raise CallError(
+            "which label is which marker? --assoc is missing",
+            "shipped: --assoc cmu, --assoc plug_in_gait; mocap-skel inspect shows a clip's labels",
+        )
+    to_stdout = output == "-"
+    if to_stdout and len(clips) > 1:
+        raise CallError("-o - takes one clip", "give a folder for several")
+    _check_names(clips)
+    from mocap_skel.association import read_association
+    from mocap_skel.batch import Job
+    from mocap_skel.export import Options
+
+    job = Job(
+        association=read_association(association, skeleton),
+        formats=tuple(dict.fromkeys(formats)),
+        folder=None if to_stdout else Path(output),
+        overwrite=overwrite,
+        subject=subject,
+        sigma=sigma,
+        pose=pose,
+        unit=unit,
+        rate=rate,
+        options=Options(up, trim),
+    )
+    failures: list[MocapSkelError] = []
+    for clip in _progress(clips):
+        try:
+            _one(clip, job, as_json, quiet)
+        except MocapSkelError as error:
+            complain(error)
+            failures.append(error)
+        except Exception as error:  # one clip's trouble must not take the others with it
+            if click.get_current_context().find_root().obj:
+                raise
+            failures.append(
+                ClipError(f"{clip}: this is a bug: {type(error).__name__}: {error}", "see --debug")
+            )
+            complain(failures[-1])
+    if not failures:
+        return 0
+    if len(failures) < len(clips):
+        click.echo(f"mocap-skel: {len(failures)} of {len(clips)} clips failed", err=True)
+        return SOME_FAILED
+    return USAGE if all(isinstance(e, CallError) for e in failures) else NOTHING_FITTED
+
+
+def _check_names(clips: tuple[Path, ...]) -> None:
+    """Two clips of one name would write the same files."""
+    seen: dict[str, Path] = {}
+    for clip in clips:
+        if clip.stem in seen:
+            raise CallError(
+                f"{seen[clip.stem]} and {clip} would write the same files",
+                "fit them in two calls with different -o",
+            )
+        seen[clip.stem] = clip
+
+
+def _progress(clips: tuple[Path, ...]) -> Iterable[Path]:
+    if len(clips) < 2 or not sys.stderr.isatty():
+        return clips
+    from tqdm import tqdm
+
+    return tqdm(clips, unit="clip", file=sys.stderr)
+
+
+def _one(path: Path, job: Job, as_json: bool, quiet: bool) -> None:
+    """One clip: process it, notes to standard error, its table or its contents to standard output."""
+    from mocap_skel.batch import process
+
+    done = process(path, job)
+    if not quiet:
+        for note in done.notes:
+            click.echo(f"mocap-skel: {path}: {note}", err=True)
+    if job.folder is None:
+        if len(done.fits) > 1:
+            names = ", ".join(fit.subject for fit in done.fits)
+            raise CallError(f"{path}: -o - takes one subject", f"choose with --subject: {names}")
+        click.echo(next(iter(done.files.values())), nl=False)
+    elif as_json:
+        _print_json(path, done)
+    else:
+        _print_tables(path, done)
+
+
+def _print_json(path: Path, done: Done) -> None:
+    from mocap_skel.tables import joint_row
+
+    for fit in done.fits:
+        for joint in fit.joints:
+            row = {"clip": str(path), "subject": fit.subject, **joint_row(joint)}
+            click.echo(json.dumps(row, allow_nan=False))
+
+
+def _print_tables(path: Path, done: Done) -> None:
+    from mocap_skel.report.terminal import joint_table
+
+    for fit in done.fits:
+        click.echo(joint_table(fit, str(path)))
+    click.echo(f"wrote {', '.join(str(file) for file in done.files)}")

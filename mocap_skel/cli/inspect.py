@@ -1,0 +1,66 @@
+"""mocap-skel inspect: what is in a clip before anyone fits it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mocap_skel.cli import options
+
+if TYPE_CHECKING:
+    from mocap_skel.clip import Clip
+
+
+@click.command("inspect", epilog="Example: mocap-skel inspect walk.c3d --assoc cmu")
+@options.clip
+@options.association
+@options.skeleton
+@options.subject
+@options.unit
+@options.rate
+@options.as_json
+def command(
+    clip: Path,
+    association: str | None,
+    skeleton: str | None,
+    subject: str | None,
+    unit: str | None,
+    rate: float | None,
+    as_json: bool,
+) -> int:
+    """Show what is in CLIP: subjects, labels, unit, rate, frames, how much of each marker is missing.
+
+    With --assoc also which marker of which segment each label is, and what does not match.
+    """
+    from mocap_skel.association import associate, read_association
+    from mocap_skel.inspection import marker_rows
+    from mocap_skel.readers import read_clip
+    from mocap_skel.report.terminal import clip_table
+
+    known = None if association is None else read_association(association, skeleton)
+    read = read_clip(clip, unit=unit, rate=rate)
+    matched = () if known is None else associate(read, known, subject)
+    mismatches = [] if known is None else [n for m in matched for n in m.mismatches(known)]
+    rows = [row for row in marker_rows(read, matched) if subject in (None, row["subject"])]
+    if as_json:
+        click.echo(json.dumps({**_facts(read), "markers": rows, "mismatches": mismatches}))
+    else:
+        click.echo("\n".join([clip_table(read, rows), *mismatches]))
+    return 0
+
+
+def _facts(clip: Clip) -> dict[str, object]:
+    return {
+        "clip": clip.name,
+        "frames": clip.frames,
+        "rate": clip.rate,
+        "first_frame": clip.first_frame,
+        "unit": clip.unit,
+        "up": clip.up,
+        "subjects": [name for name in clip.subject_names if name],
+        "left_out": {reason: list(labels) for reason, labels in clip.left_out.items()},
+        "notes": list(clip.notes),
+    }

@@ -1,0 +1,65 @@
+"""The one registry of options that commands share, and the types of their values."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_LENGTH = re.compile(r"\s*([0-9.]+(?:e[+-]?\d+)?)\s*(mm|cm|dm|m)?\s*", re.IGNORECASE)
+_METRES = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0}
+
+
+class Length(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.2 on only
+    """A length with its unit, as metres."""
+
+    name = "length"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        found = _LENGTH.fullmatch(str(value))
+        try:
+            metres = float(found[1]) * _METRES[(found[2] or "").lower()] if found else -1.0
+        except (KeyError, ValueError):
+            metres = -1.0
+        if metres < 0:
+            self.fail(
+                f"{value!r} is no length; give it with its unit, like 1mm or 0.1cm", param, ctx
+            )
+        return metres
+
+
+clips = click.argument(
+    "clips", nargs=-1, required=True, metavar="CLIP.c3d...", type=click.Path(path_type=Path)
+)
+clip = click.argument("clip", metavar="CLIP.c3d", type=click.Path(path_type=Path))
+association = click.option(
+    "--assoc", "-a", "association", metavar="MAP",
+    help="Association file: which label is which marker. A path, or a shipped one by name: cmu, "
+    "plug_in_gait.",
+)  # fmt: skip
+skeleton = click.option(
+    "--skeleton", metavar="FILE", help="Skeleton file to use in place of the association file's."
+)
+subject = click.option(
+    "--subject", metavar="NAME", help="Only this subject of a clip that holds several."
+)
+output = click.option(
+    "-o", "--output", default=".", metavar="DIR", show_default="current folder",
+    help="Folder for the results; - sends one clip's first format to standard output.",
+)  # fmt: skip
+overwrite = click.option("--overwrite", is_flag=True, help="Replace result files that exist.")
+as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON lines, not a table.")
+unit = click.option(
+    "--unit", metavar="UNIT", help="Length unit of the clip (mm, cm, m), whatever the file says."
+)
+rate = click.option(
+    "--rate", type=float, metavar="HZ", help="Frames a second, whatever the file says."
+)
+quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")

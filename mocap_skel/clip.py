@@ -1,0 +1,55 @@
+"""A recording as everything after the readers sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Clip:
+    """Marker trajectories of one recording.
+
+    Attributes:
+        name: the file's name, for messages.
+        points: (frames, markers, 3), float64 metres in the file's own axes, NaN = missing.
+        labels: one a marker, trimmed, without the subject; unique within a subject.
+        subjects: one a marker, the part of the label before the colon, "" without one.
+        rate: frames a second.
+        first_frame: the file's own number of the first frame.
+        unit: the length unit of the file.
+        up: the file's vertical axis, "x", "y" or "z".
+        left_out: labels of the points that are no markers, by the reason why.
+        notes: what the reader decided about the file, one sentence each.
+    """
+
+    name: str
+    points: NDArray[np.float64]
+    labels: tuple[str, ...]
+    subjects: tuple[str, ...]
+    rate: float
+    first_frame: int
+    unit: str
+    up: str
+    left_out: dict[str, tuple[str, ...]]
+    notes: tuple[str, ...]
+
+    @property
+    def frames(self) -> int:
+        return len(self.points)
+
+    @property
+    def frame_numbers(self) -> NDArray[np.int64]:
+        """The file's own frame numbers."""
+        return np.arange(self.first_frame, self.first_frame + self.frames, dtype=np.int64)
+
+    @property
+    def subject_names(self) -> tuple[str, ...]:
+        """Subjects in the order of their first marker."""
+        return tuple(dict.fromkeys(self.subjects))
+
+    def missing(self) -> NDArray[np.float64]:
+        """(markers,): share of frames in which each marker is missing."""
+        return np.asarray(np.isnan(self.points[..., 0]).mean(axis=0))

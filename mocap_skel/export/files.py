@@ -1,0 +1,63 @@
+"""Result files: named after the clip, whole or not at all, never over an existing one unasked."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+
+from mocap_skel.errors import OutputError
+
+
+def safe_name(name: str) -> str:
+    """A name from inside a file as a part of a path: no separators, no leading dot, never empty."""
+    return re.sub(r"[^\w.+-]+", "_", name).strip("._") or "subject"
+
+
+def check_free(paths: list[Path], overwrite: bool) -> None:
+    """Refuse before any work is done.
+
+    Raises:
+        OutputError: a file is there already, or the folder cannot be made.
+    """
+    for path in paths:
+        if path.is_dir():
+            raise OutputError(f"{path}: is a folder")
+        if path.exists() and not overwrite:
+            raise OutputError(f"{path}: exists already", "use --overwrite or another -o")
+
+
+def write_all(contents: Mapping[Path, str], overwrite: bool) -> None:
+    """Write files that belong together: each to a temporary file first, then all are renamed.
+
+    Raises:
+        OutputError: one exists already, or cannot be written; then none is there that was not before.
+    """
+    check_free(list(contents), overwrite)
+    ready: list[tuple[Path, Path]] = []
+    try:
+        for path, text in contents.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with NamedTemporaryFile(
+                "w", encoding="utf-8", newline="", dir=path.parent, prefix=f".{path.name}.",
+                suffix=".part", delete=False,
+            ) as file:  # fmt: skip
+                ready.append((Path(file.name), path))
+                file.write(text)
+        for temporary, path in ready:
+            # A temporary file is private; a result file gets what the user's umask allows.
+            temporary.chmod(0o666 & ~_umask())
+            temporary.replace(path)
+    except OSError as error:
+        raise OutputError(f"{error.filename or path}: {error.strerror}") from error
+    finally:
+        for temporary, _ in ready:
+            temporary.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

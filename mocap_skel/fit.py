@@ -1,0 +1,337 @@
+"""The walk down the tree: a clip's markers and a skeleton become poses, joint centres and evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.association import Assignment
+from mocap_skel.clip import Clip
+from mocap_skel.errors import FitError
+from mocap_skel.joint import CentreFit, Frame, JointFit, fit_centre, unfitted
+from mocap_skel.pose import Array, Pose, one_marker_pose
+from mocap_skel.shape import Shape, find_shape, median
+from mocap_skel.skeleton import Segment, Skeleton
+from mocap_skel.text import listed
+
+POSES = ("least-squares", "triad")
+
+
+@dataclass(frozen=True)
+class SegmentFit:
+    """A segment's pose in every frame and the points fixed in it. Metres.
+
+    Attributes:
+        name: the segment.
+        pose: NaN in frames that do not determine it.
+        template: markers in the segment's own coordinates, name → (3,).
+        joint: (3,) the joint towards the parent in the segment's own coordinates; None for the root.
+        end: (3,) the end point of a leaf in the segment's own coordinates; None for the others.
+    """
+
+    name: str
+    pose: Pose
+    template: dict[str, Array]
+    joint: Array | None
+    end: Array | None
+
+
+@dataclass(frozen=True)
+class SkeletonFit:
+    """A skeleton moving through a clip. Metres, in the clip's own axes.
+
+    Attributes:
+        clip: the clip's name.
+        subject: "" where the clip has no subjects.
+        skeleton: the figure.
+        frame_numbers: (frames,), the file's own.
+        rate: frames a second.
+        up: the clip's vertical axis.
+        sigma: noise standard deviation of a marker, given or estimated.
+        segments: the segments with a pose, parents first.
+        joints: one a joint of the skeleton, in its order; `JointFit.fitted` tells which are known.
+        notes: what was decided and what is missing, one sentence each.
+    """
+
+    clip: str
+    subject: str
+    skeleton: Skeleton
+    frame_numbers: NDArray[np.int64]
+    rate: float
+    up: str
+    sigma: float
+    segments: dict[str, SegmentFit]
+    joints: tuple[JointFit, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def time(self) -> Array:
+        """(frames,) seconds; a clip cut out of a longer take keeps its place in it."""
+        return np.asarray((self.frame_numbers - 1) / self.rate)
+
+    def tracks(self) -> Iterator[tuple[str, Array]]:
+        """Name and lab track (frames, 3) of every joint, of the root's origin, of each leaf's end point."""
+        for joint in self.joints:
+            yield joint.joint, joint.track
+        for segment in (self.skeleton.root, *self.skeleton.leaves):
+            found = self.segments.get(segment.name)
+            if found is None:
+                yield segment.name, np.full((len(self.frame_numbers), 3), np.nan)
+            elif segment.parent is None:
+                yield segment.name, found.pose.origin
+            elif found.end is not None:
+                yield segment.name, found.pose.to_lab(found.end)
+
+
+def fit_skeleton(
+    clip: Clip,
+    assignment: Assignment,
+    skeleton: Skeleton,
+    *,
+    sigma: float | None = None,
+    pose: str = "least-squares",
+) -> SkeletonFit:
+    """Fit a skeleton to one subject of a clip.
+
+    Args:
+        clip: the recording.
+        assignment: which column of it is which marker.
+        skeleton: the figure.
+        sigma: noise standard deviation of a marker in metres; estimated from the rigidity of the
+            segments if None.
+        pose: "least-squares" (all visible markers) or "triad" (three-point frames, thesis case 1).
+
+    Raises:
+        FitError: the root segment has no three markers that are seen together off a line.
+    """
+    if pose not in POSES:
+        raise ValueError(f"pose must be one of {POSES}, got {pose!r}")
+    walk = _Walk(clip, assignment, skeleton, sigma, pose == "triad")
+    for segment in skeleton.segments:
+        walk.visit(segment)
+    return SkeletonFit(
+        clip=clip.name,
+        subject=assignment.subject,
+        skeleton=skeleton,
+        frame_numbers=clip.frame_numbers,
+        rate=clip.rate,
+        up=clip.up,
+        sigma=walk.sigma,
+        segments=walk.segments,
+        joints=tuple(walk.joints),
+        notes=tuple(walk.all_notes()),
+    )
+
+
+class _Walk:
+    """What the walk has found so far; one use, inside `fit_skeleton`."""
+
+    def __init__(
+        self,
+        clip: Clip,
+        assignment: Assignment,
+        skeleton: Skeleton,
+        sigma: float | None,
+        triad: bool,
+    ) -> None:
+        self.clip, self.skeleton, self.triad = clip, skeleton, triad
+        self.notes: list[str] = []
+        self.lost: list[str] = []
+        self.segments: dict[str, SegmentFit] = {}
+        self.frames: dict[str, Frame] = {}
+        self.joints: list[JointFit] = []
+        self.markers = {
+            name: self._seen(name, columns) for name, columns in assignment.columns.items()
+        }
+        self.shapes = {
+            name: found
+            for name, columns in self.markers.items()
+            if len(columns) >= 3 and (found := find_shape(self._points(name))) is not None
+        }
+        # Skin and swapped markers only ever add to a shape's residual, so the more rigid segments
+        # tell of the cameras; the very first may be some that the lab's software has filled in.
+        rigid = sorted(shape.sigma for shape, _ in self.shapes.values()) or [0.0]
+        self.sigma = rigid[len(rigid) // 3] if sigma is None else sigma
+
+    def _seen(self, segment: str, columns: dict[str, int]) -> dict[str, int]:
+        there = {
+            marker: column
+            for marker, column in columns.items()
+            if np.isfinite(self.clip.points[:, column, 0]).any()
+        }
+        lost = [marker for marker in columns if marker not in there]
+        if lost:
+            self.lost.append(f"{listed(lost)} ({segment})")
+        return there
+
+    def all_notes(self) -> list[str]:
+        """The notes, one sentence a kind: a leg-only clip of the standard human has many of some."""
+        found = []
+        if self.lost:
+            found.append(f"markers missing in every frame: {'; '.join(self.lost)}")
+        unfitted = [f"{j.joint} ({j.reason})" for j in self.joints if not j.fitted]
+        if unfitted:
+            found.append(f"joints not fitted: {listed(unfitted, 20)}")
+        return found + self.notes
+
+    def _points(self, segment: str) -> Array:
+        return self.clip.points[:, list(self.markers[segment].values())]
+
+    def visit(self, segment: Segment) -> None:
+        """Fit a segment's joint in its parent's frame, then the segment's own pose."""
+        markers = self.markers.get(segment.name, {})
+        if segment.parent is None:
+            self._root(segment)
+            return
+        assert segment.joint is not None, "read_skeleton gives every segment but the root a joint"
+        reason = None
+        if segment.parent not in self.segments:
+            reason = f"{segment.parent} has no pose"
+        elif not markers:
+            reason = f"no marker on {segment.name}"
+        joint = None if reason else self._joint(segment)
+        if joint is None:
+            reason = reason or f"{segment.name} is never seen together with {segment.parent}"
+            joint = unfitted(segment.joint, segment.parent, segment.name, self.clip.frames, reason)
+        self.joints.append(joint)
+        if joint.fitted:
+            self._child(segment, joint)
+
+    def _root(self, segment: Segment) -> None:
+        if segment.name not in self.shapes:
+            markers = self.markers.get(segment.name, {})
+            raise FitError(
+                f"{self.clip.name}: the root segment {segment.name} needs three markers that are seen "
+                f"together off a line; the clip has {listed(markers) or 'none'}",
+                f"its markers: {listed(segment.markers, 12)}",
+            )
+        self._add(segment, self._markers_pose(segment.name), self.shapes[segment.name][0], None)
+
+    def _joint(self, segment: Segment) -> JointFit | None:
+        assert segment.parent is not None and segment.joint is not None
+        parent = self.segments[segment.parent]
+        own = self.shapes.get(segment.name)
+        found = fit_centre(
+            parent.pose.to_segment(self._points(segment.name)),
+            self.sigma,
+            max(own[0].sigma if own else 0.0, self.sigma),
+            self.frames[segment.parent],
+        )
+        if found is None:
+            return None
+        return JointFit(
+            joint=segment.joint,
+            parent=segment.parent,
+            child=segment.name,
+            markers=tuple(self.markers[segment.name]),
+            track=parent.pose.to_lab(found.centre),
+            **{f.name: getattr(found, f.name) for f in fields(CentreFit)},
+        )
+
+    def _markers_pose(self, name: str) -> Pose:
+        shape, pose = self.shapes[name]
+        return shape.triad_pose(self._points(name)) if self.triad else pose
+
+    def _child(self, segment: Segment, joint: JointFit) -> None:
+        """The segment's pose by the case that each frame allows (thesis 5.5.1.1 to 5.5.1.3)."""
+        points = self._points(segment.name)
+        axis = self.segments[joint.parent].pose.rotation @ joint.axis
+        with_joint = np.concatenate([points, joint.track[:, None]], axis=1)
+        if segment.name in self.shapes:
+            shape = self.shapes[segment.name][0]
+            pose = self._markers_pose(segment.name)
+            at = _middle(pose.to_segment(joint.track[:, None])[:, 0])
+            extended = Shape(
+                np.vstack([shape.template, at]),
+                np.append(shape.weights, 1.0),
+                shape.chosen,
+                shape.sigma,
+            )
+            if not pose.known.all():
+                pose = _filled(pose, extended.pose(with_joint))
+            if joint.hinge:
+                pose = self._filled_by_hinge(pose, extended, points, joint.track, axis)
+            self._add(segment, pose, shape, at)
+            return
+        found = find_shape(with_joint) if points.shape[1] >= 2 else None
+        if found is not None:
+            shape, pose = found
+            if self.triad:
+                pose = shape.triad_pose(with_joint)
+            if joint.hinge:
+                pose = self._filled_by_hinge(pose, shape, points, joint.track, axis)
+            self._add(segment, pose, shape, shape.template[-1])
+            if joint.determined == "no":
+                doubt = f"the frame of {segment.name} rests on {joint.joint}, which is not known"
+                self.frames[segment.name] = Frame(shape, "weak", doubt)
+            return
+        self._one_marker(segment, joint, points, axis)
+
+    def _filled_by_hinge(
+        self, pose: Pose, shape: Shape, points: Array, joint: Array, axis: Array
+    ) -> Pose:
+        """Case 3 in frames where one marker is left: a hinge's axis is fixed in the child as well."""
+        inside = _middle(np.einsum("fji,fj->fi", pose.rotation, axis))
+        for m in range(points.shape[1]):
+            if pose.known.all():
+                break
+            pose = _filled(
+                pose,
+                one_marker_pose(
+                    points[:, m], joint, axis, shape.template[m], shape.template[-1], inside
+                ),
+            )
+        return pose
+
+    def _one_marker(self, segment: Segment, joint: JointFit, points: Array, axis: Array) -> None:
+        """A segment of one marker (or of markers in line with the joint): case 3 throughout."""
+        m = int(np.isfinite(points[..., 0]).sum(axis=0).argmax())
+        distance = np.linalg.norm(points[:, m] - joint.track, axis=1)
+        place, at = np.zeros(3), np.array([float(median(distance)), 0.0, 0.0])
+        pose = one_marker_pose(
+            points[:, m], joint.track, axis, place, at, np.array([0.0, 0.0, 1.0])
+        )
+        name = list(self.markers[segment.name])[m]
+        end = place if segment in self.skeleton.leaves else None
+        if pose.known.any():
+            self.segments[segment.name] = SegmentFit(segment.name, pose, {name: place}, at, end)
+            self.frames[segment.name] = (
+                Frame(None, "weak", f"{segment.name} stands on one marker")
+                if joint.hinge
+                else Frame(None, "no", f"the turn of {segment.name} is not seen: one marker")
+            )
+
+    def _add(self, segment: Segment, pose: Pose, shape: Shape, joint: Array | None) -> None:
+        if not pose.known.any():
+            self.notes.append(f"{segment.name} has no pose in any frame")
+            return
+        template = {
+            marker: place
+            for marker, place in zip(self.markers[segment.name], shape.template, strict=False)
+            if np.isfinite(place).all()
+        }
+        end = None
+        if segment in self.skeleton.leaves and segment.parent is not None:
+            chosen = [template[m] for m in segment.ends if m in template]
+            end = np.mean(chosen or list(template.values()), axis=0)
+        self.segments[segment.name] = SegmentFit(segment.name, pose, template, joint, end)
+        self.frames[segment.name] = Frame(shape)
+
+
+def _filled(pose: Pose, other: Pose) -> Pose:
+    """The first pose where it is known, the second elsewhere."""
+    known = pose.known
+    if known.all():
+        return pose
+    return Pose(
+        np.where(known[:, None, None], pose.rotation, other.rotation),
+        np.where(known[:, None], pose.origin, other.origin),
+    )
+
+
+def _middle(values: Array) -> Array:
+    """Median place (3,) of a track (frames, 3), over the frames in which it is known."""
+    return median(np.ascontiguousarray(values.T))

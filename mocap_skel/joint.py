@@ -1,0 +1,319 @@
+"""One joint: the centre that a child's markers keep in the parent's frame, and what that rests on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_skel.pose import Array
+from mocap_skel.shape import Shape
+from mocap_skel.spherefit import (
+    Moments,
+    SphereFit,
+    centre_covariance,
+    coverage_angle,
+    effective_counts,
+    radial_variance,
+    sgdk,
+    sphere_moments,
+)
+
+# Verdicts (`_verdict`). At 3 the noise is a tenth of the variance in the weakest direction, so that
+# an error of half in the noise level moves the centre by a twentieth of its distance.
+SAFE_RATIO = 3.0
+# Metres: a standard error above it is no joint centre that a lab would publish.
+SAFE_ERROR = 0.01
+VERDICTS = ("no", "weak", "yes")
+# _CROSS[j] @ v is the j-th unit vector × v.
+_CROSS = np.array(
+    [
+        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],
+        [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+    ]
+)
+# Fewer samples than unknowns (a centre and a radius) show nothing at all.
+LEAST_SAMPLES = 4
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """A joint centre, constant in its parent's frame, with the evidence for it. Lengths in metres.
+
+    Attributes:
+        joint, parent, child: names; the joint links the two segments.
+        centre: (3,) c̃ in the parent's frame; NaN for a joint that could not be fitted.
+        covariance: (3, 3) of the centre, in the parent's frame.
+        markers: the child's markers that were used.
+        samples: marker samples used, all markers together.
+        effective: how many of them are independent.
+        radius: (M,) distance of each marker from the centre.
+        residual: root mean square of the radial residuals, skin movement included.
+        sigma: noise standard deviation that the estimator took away.
+        weakest_sd: √λ_min, the standard deviation of the markers in their weakest direction.
+        angle: half-angle (radians) of the cap with the same weakest standard deviation.
+        determined: "yes", "weak" or "no".
+        reason: the verdict in plain words, "" for yes.
+        method: UGDK (one marker), MGDK (several), SGDK (a direction had to be left out).
+        axis: (3,) in the parent's frame: a hinge's axis, otherwise the direction that is most square to
+            the lines from the centre to the markers.
+        hinge: whether one direction, and only one, was left out: the joint turns about it.
+        track: (frames, 3) the centre in the lab.
+    """
+
+    joint: str
+    parent: str
+    child: str
+    centre: Array
+    covariance: Array
+    markers: tuple[str, ...]
+    samples: int
+    effective: float
+    radius: Array
+    residual: float
+    sigma: float
+    weakest_sd: float
+    angle: float
+    determined: str
+    reason: str
+    method: str
+    axis: Array
+    hinge: bool
+    track: Array
+
+    @property
+    def fitted(self) -> bool:
+        return bool(np.isfinite(self.centre).all())
+
+    @property
+    def standard_error(self) -> Array:
+        """(3,) metres, along the axes of the parent's frame."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What a joint's fit has to know of its parent's frame.
+
+    Attributes:
+        shape: the points that the frame stands on; None for one marker, a joint and an axis.
+        limit: the best verdict that a joint in this frame can get.
+        doubt: why it is not "yes", in plain words.
+    """
+
+    shape: Shape | None
+    limit: str = "yes"
+    doubt: str = ""
+
+
+def unfitted(joint: str, parent: str, child: str, frames: int, reason: str) -> JointFit:
+    """A joint of which nothing is known."""
+    nothing = float("nan")
+    return JointFit(
+        joint, parent, child, np.full(3, nothing), np.full((3, 3), nothing), (), 0, 0.0,
+        np.empty(0), nothing, nothing, nothing, nothing, "no", reason, "", np.full(3, nothing),
+        False, np.full((frames, 3), nothing),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class CentreFit:
+    """The numbers of a joint without its names; see `JointFit` for the meaning of each."""
+
+    centre: Array
+    covariance: Array
+    samples: int
+    effective: float
+    radius: Array
+    residual: float
+    sigma: float
+    weakest_sd: float
+    angle: float
+    determined: str
+    reason: str
+    method: str
+    axis: Array
+    hinge: bool
+
+
+def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> CentreFit | None:
+    """The common centre of the child's markers in the parent's frame.
+
+    Args:
+        inside: (frames, M, 3), the child's markers in the parent's frame, NaN = missing.
+        sigma: noise standard deviation of a marker.
+        own_sigma: the same as the child's own rigid shape shows it, skin movement included.
+        frame: the parent's frame.
+
+    Returns:
+        None where no marker has enough samples.
+    """
+    moments = sphere_moments(np.swapaxes(inside, 0, 1))
+    if moments.count.max(initial=0) < LEAST_SAMPLES:
+        return None
+    eye = np.broadcast_to(np.eye(3), (inside.shape[1], 3, 3))
+    lever = _Lever.of(frame)
+    leverage = np.zeros_like(eye) if lever is None else lever.covariance(moments)
+    skew = 0.0 if lever is None else sigma**2 * lever.third_moment(moments, inside)
+    # Each joint uses the clip's measured noise, but never more than its own points' residual shows.
+    fit = sgdk(replace(moments, third=moments.third - skew), sigma, eye + leverage)
+    away = np.linalg.norm(inside - fit.centre, axis=-1)
+    seen = np.isfinite(away)
+    counts = seen.sum(axis=0)
+    mean = np.where(seen, away, 0.0).sum(axis=0) / np.maximum(counts, 1)
+    errors = away - mean
+    effective = effective_counts(errors)
+    residual = float(np.sqrt((np.where(seen, errors, 0.0) ** 2).sum() / counts.sum()))
+    # Skin movement is not independent of the joint's, so it is nothing to take away; but spread that
+    # it alone would make, with the segments' rigid residuals as its size, proves nothing.
+    skin = frame.shape.sigma if frame.shape else own_sigma
+    frame_noise = own_sigma**2 * eye + skin**2 * leverage
+    covariance = _covariance(moments, fit, effective, sigma, frame_noise)
+    weakest = float(np.sqrt(max(float(fit.spread[0]), 0.0)))
+    rank = int(fit.rank)
+    determined, reason = min(
+        _verdict(
+            rank,
+            weakest,
+            residual,
+            _spread_over_noise(moments, frame_noise),
+            float(np.sqrt(np.linalg.eigvalsh(covariance)[-1])),
+        ),
+        (frame.limit, frame.doubt),
+        key=lambda verdict: VERDICTS.index(verdict[0]),
+    )
+    return CentreFit(
+        centre=fit.centre,
+        covariance=covariance,
+        samples=int(counts.sum()),
+        effective=float(effective.sum()),
+        radius=fit.radius,
+        residual=residual,
+        sigma=float(fit.sigma),
+        weakest_sd=weakest,
+        angle=float(coverage_angle(weakest, _root_mean_square(fit.radius))),
+        determined=determined,
+        reason=reason,
+        method="SGDK" if rank < 3 else "UGDK" if len(counts) == 1 else "MGDK",
+        axis=fit.axes[:, 0] if rank == 2 else _square_axis(moments, fit),
+        hinge=rank == 2,
+    )
+
+
+def _square_axis(moments: Moments, fit: SphereFit) -> Array:
+    """(3,): the axis that the markers' directions from the centre have least of."""
+    away = moments.mean - fit.centre
+    scatter = moments.covariance + away[:, :, None] * away[:, None, :]
+    return np.asarray(np.linalg.eigh(_pooled(scatter, moments))[1][:, 0])
+
+
+def _root_mean_square(lengths: Array) -> float:
+    return float(np.sqrt(np.mean(lengths**2)))
+
+
+@dataclass(frozen=True)
+class _Lever:
+    """What noise of the parent's markers does to a point in the parent's frame, for a σ of 1.
+
+    The frame turns about its axes by independent small angles, and a point y moves by angle × y.
+
+    Attributes:
+        origin: variance of the frame's origin.
+        turns: (3,) variances of the angles, radians² a metre².
+        axes: (3, 3), the axes of the turns as rows.
+        cross: (3, 3, 3), their cross products: cross[k] @ y is axis k × y.
+    """
+
+    origin: float
+    turns: Array
+    axes: Array
+    cross: Array
+
+    @staticmethod
+    def of(frame: Frame) -> _Lever | None:
+        """None for a frame on one marker, whose noise the markers' places do not tell."""
+        if frame.shape is None:
+            return None
+        template = frame.shape.template[np.isfinite(frame.shape.template[:, 0])]
+        centred = template - template.mean(axis=0)
+        scatter = centred.T @ centred
+        turns, axes = np.linalg.eigh(np.linalg.inv(np.trace(scatter) * np.eye(3) - scatter))
+        return _Lever(1.0 / len(centred), turns, axes.T, np.einsum("kj,jil->kil", axes.T, _CROSS))
+
+    def covariance(self, moments: Moments) -> Array:
+        """(M, 3, 3): Σ of the noise at the points' places, averaged over them."""
+        at = moments.mean[..., :, None] * moments.mean[..., None, :] + moments.covariance
+        # u × y over all places y of the marker: [u]× E[y yᵀ] [u]×ᵀ
+        each = self.cross @ at[:, None] @ self.cross.transpose(0, 2, 1)
+        return np.asarray(np.einsum("k,mkij->mij", self.turns, each) + self.origin * np.eye(3))
+
+    def third_moment(self, moments: Moments, inside: Array) -> Array:
+        """(M, 3): what the noise adds to S because it grows with the distance from the frame.
+
+        With e the noise at y = ȳ + d, E[S] gains E[d |e|²] + 2 E[e (e·d)]. For a turn about u, |e|² is
+        |u × y|² and e (e·d) is (u × y)((u × ȳ)·d). Noise that is the same everywhere adds nothing.
+        """
+        deviation = np.nan_to_num(inside - moments.mean)
+        along = deviation @ self.axes.T
+        below = np.maximum(moments.count - 1.0, 1.0)[:, None, None]
+        squared = np.einsum("fmi,fmk->mki", deviation, along * along) / below
+        arm = np.einsum("kij,mj->mki", self.cross, moments.mean)
+        # |u × y|² is y·(-[u]×²)y, and -[u]× (u × ȳ) is the part of ȳ across u.
+        across = -np.einsum("kij,mkj->mki", self.cross, arm)
+        each = (
+            2 * np.einsum("mij,mkj->mki", moments.covariance, across)
+            + moments.third[:, None]
+            - squared
+            + 2 * np.einsum("kij,mjl,mkl->mki", self.cross, moments.covariance, arm)
+        )
+        return np.asarray(np.einsum("k,mki->mi", self.turns, each))
+
+
+def _pooled(matrices: Array, moments: Moments) -> Array:
+    below = np.maximum(moments.count - 1.0, 0.0)
+    return np.asarray(np.einsum("p,pde->de", below / below.sum(), matrices))
+
+
+def _spread_over_noise(moments: Moments, noise: Array) -> float:
+    """Smallest ratio, over directions, of the markers' standard deviation to what noise alone makes."""
+    spread, still = _pooled(moments.covariance, moments), _pooled(noise, moments)
+    floor = np.trace(still) * 1e-12 + np.finfo(float).tiny
+    factor = np.linalg.inv(np.linalg.cholesky(still + floor * np.eye(3)))
+    return float(np.sqrt(max(np.linalg.eigvalsh(factor @ spread @ factor.T)[0], 0.0)))
+
+
+def _covariance(
+    moments: Moments, fit: SphereFit, effective: Array, sigma: float, frame_noise: Array
+) -> Array:
+    """Covariance of the centre: the data-based bound, from what the motion alone has spread."""
+    values, vectors = np.linalg.eigh(moments.covariance - frame_noise)
+    moved = np.einsum("pdk,pk,pek->pde", vectors, np.maximum(values, 0.0), vectors)
+    residual = np.maximum(radial_variance(moments, fit), sigma**2)
+    # The joint is on the parent too: it lies no farther from the markers than the parent's origin. The
+    # fitted radius would not do, for joints that hardly move it comes out near zero.
+    reach = _root_mean_square(np.linalg.norm(moments.mean, axis=1))
+    return centre_covariance(moved, effective, fit.radius, residual, reach)
+
+
+def _verdict(
+    rank: int, weakest: float, residual: float, over_noise: float, error: float
+) -> tuple[str, str]:
+    """Whether the motion shows the joint, and in plain words why not.
+
+    The thesis's criterion, σ < √λ_min, with the noise that is really there: the radial residual, and
+    the spread that the parent's own frame noise makes out of nothing.
+    """
+    if rank == 0:
+        return "no", "hardly moves"
+    if rank == 1:
+        return "no", "moves along one line only"
+    if rank == 2:
+        return "no", "turns about one axis only: not known along it"
+    if weakest <= residual or over_noise <= np.sqrt(2.0):
+        return "no", "moves less than its noise in one direction"
+    if weakest <= SAFE_RATIO * residual or over_noise <= SAFE_RATIO:
+        return "weak", f"moves only {100 * weakest:.1f} cm in one direction, little above its noise"
+    if error > SAFE_ERROR:
+        return "weak", f"standard error {100 * error:.1f} cm in one direction"
+    return "yes", ""

@@ -1,0 +1,87 @@
+"""From a raw C3D file to a `Clip`: every decision about what the file means."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.clip import Clip
+from mocap_skel.errors import CallError, ClipError
+from mocap_skel.readers.markers import markers, names_and_subjects, told_apart
+from mocap_skel.readers.raw import RawClip, texts
+from mocap_skel.readers.units import SIGN_OF, scale
+from mocap_skel.text import listed
+
+
+def clean(raw: RawClip, unit: str | None, rate: float | None) -> Clip:
+    """Decide what a raw file holds; every decision that is not plain becomes a note.
+
+    Raises:
+        ClipError: no points, no markers, no frame rate.
+        CallError: `unit` is no unit, or `rate` not above zero.
+    """
+    frames, count = raw.points.shape[:2]
+    if not frames or not count:
+        raise ClipError(f"{raw.path}: no points in it (points: {count}, frames: {frames})")
+    notes = list(raw.notes)
+    names, subjects = names_and_subjects(raw)
+    keep, left_out = markers(names, subjects, raw)
+    for reason, out in left_out.items():
+        notes.append(f"points that are no markers ({reason}): {len(out)}: {listed(out)}")
+    if not len(keep):
+        raise ClipError(f"{raw.path}: no marker among its points, {count} of them")
+    subjects = [subjects[i] for i in keep]
+    labels = told_apart([names[i] for i in keep], subjects, keep, notes)
+    points = np.take(raw.points, keep, axis=1)
+    points[_missing(points, raw.invalid[:, keep], notes)] = np.nan
+    if not np.isfinite(points).any():
+        raise ClipError(f"{raw.path}: every marker is missing in every frame")
+    metres = scale(points, unit, raw, notes)
+    points *= metres
+    return Clip(
+        name=raw.path,
+        points=points,
+        labels=tuple(labels),
+        subjects=tuple(subjects),
+        rate=_rate(raw, rate),
+        first_frame=raw.first_frame,
+        unit=SIGN_OF[metres],
+        up=_up(raw.parameters["POINT"], notes),
+        left_out=left_out,
+        notes=tuple(notes),
+    )
+
+
+def _missing(
+    points: NDArray[np.float64], invalid: NDArray[np.bool_], notes: list[str]
+) -> NDArray[np.bool_]:
+    """(frames, markers): residual below zero, exactly (0, 0, 0), or not a number."""
+    # One coordinate at a time: numpy is slow at reducing an axis of three.
+    x, y, z = (points[..., axis] for axis in range(3))
+    zero = (x == 0) & (y == 0) & (z == 0) & ~invalid
+    if zero.any():
+        notes.append(f"samples at exactly (0, 0, 0) that count as missing: {int(zero.sum())}")
+    return np.asarray(invalid | zero | ~(np.isfinite(x) & np.isfinite(y) & np.isfinite(z)))
+
+
+def _rate(raw: RawClip, rate: float | None) -> float:
+    if rate is not None and not (np.isfinite(rate) and rate > 0):
+        raise CallError(f"a frame rate is a number above 0, not {rate}")
+    found = raw.rate if rate is None else rate
+    if not (np.isfinite(found) and found > 0):
+        raise ClipError(f"{raw.path}: no frame rate in it", "give it with --rate")
+    return float(found)
+
+
+def _up(group: dict[str, Any], notes: list[str]) -> str:
+    """The vertical axis: the screen's Y in files that say so, otherwise z."""
+    said = next(iter(texts(group, "Y_SCREEN")), "")
+    sign, axis = said[:-1], said[-1:].lower()
+    known = axis in ("x", "y", "z") and sign in ("", "+", "-")
+    up = axis if known else "z"
+    # Files that write -Z there hold heads above feet all the same.
+    if said and (not known or sign == "-"):
+        notes.append(f"POINT:Y_SCREEN is {said!r}: {up} is taken to point up")
+    return up

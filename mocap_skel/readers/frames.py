@@ -1,0 +1,78 @@
+"""Numbers and counts of frames: a C3D header has 16 bits for them, larger ones stand elsewhere."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.readers.raw import number
+
+Groups = dict[str, dict[str, Any]]
+_WORD = 0xFFFF
+
+
+def first_frame(header: int, groups: Groups) -> int:
+    """The number of the first frame.
+
+    Args:
+        header: what the header says, counted from 1.
+        groups: the file's parameters; TRIAL:ACTUAL_START_FIELD has 32 bits.
+    """
+    start = _long(groups["TRIAL"].get("ACTUAL_START_FIELD"))
+    # A clip cut out of a longer take may keep the take's number: believed where the header's is the
+    # same as far as 16 bits go, or at their end.
+    return start if start > _WORD and header in (start & _WORD, _WORD) else header
+
+
+def frame_count(counted: int, first: int, groups: Groups, room: int) -> int:
+    """How many frames the file holds, where a counter of 16 bits may have cut the number short.
+
+    Args:
+        counted: frames by the header or POINT:FRAMES.
+        first: the number of the first frame.
+        groups: the file's parameters; POINT:LONG_FRAMES and TRIAL:ACTUAL_…_FIELD are longer.
+        room: whole frames for which the file has the bytes.
+
+    Returns:
+        At most `room`. Where only the size of the file tells, the padding of its last block counts
+        as frames: see `without_padding`.
+    """
+    start, end = (_long(groups["TRIAL"].get(f"ACTUAL_{at}_FIELD")) for at in ("START", "END"))
+    claims = [int(number(groups["POINT"].get("LONG_FRAMES")))]
+    if 0 < start <= end:
+        claims.append(end - start + 1)
+    # A cut clip may keep the take's numbers here too: only a count that 16 bits cannot hold and
+    # that the file has the bytes for is believed.
+    held = [n for n in claims if counted < n <= room and first + n - 1 > _WORD]
+    if held:
+        return max(held)
+    # ezc3d writes a longer clip with -1 for its length and nothing beside it.
+    return room if counted == _WORD else min(counted, room)
+
+
+def without_padding(data: NDArray[Any], said: int) -> int:
+    """How many frames there are without the blank ones at the end, past what the header says.
+
+    Args:
+        data: (frames, …), what is in each frame; nothing but zeros is blank, NaN is not.
+        said: frames by the header.
+    """
+    past = data[said:]
+    used = np.flatnonzero(past.any(axis=tuple(range(1, past.ndim))))
+    return len(data) - len(past) + (int(used[-1]) + 1 if len(used) else 0)
+
+
+def cut_off(said: int, room: int) -> tuple[str, ...]:
+    """A note where a file ends before the frames that it says it has."""
+    return (f"the file says {said} frames and ends after {room}",) if room < said else ()
+
+
+def _long(value: Any) -> int:
+    """A number in two words, the low one first, or in one value; 0 without it."""
+    words = np.atleast_1d(value if value is not None else []).ravel()
+    if len(words) != 2:
+        return int(number(words))
+    low, high = (int(number(word)) & _WORD for word in words)
+    return low + (high << 16)

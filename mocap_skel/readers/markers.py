@@ -1,0 +1,132 @@
+"""Which points of a file are markers, whose they are, and what they are called."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.readers.raw import RawClip, texts
+from mocap_skel.text import listed
+
+# Lists in the POINT group that name points which a model computed (Vicon), and that name all.
+_MODEL_LISTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "MODELED_MARKERS", "REACTIONS")
+_POINT_LISTS = ("LABELS", "DESCRIPTIONS")
+# No "Angle" on its own: the scapula's inferior angle is a place for a marker.
+_MODEL_NAME = re.compile(
+    r"(Angles|(Ankle|Knee|Hip|Pelvis|Progression)Angle|Forces?|Moments?|Powers?|GRF)\d*$"
+)
+_BONE_ENDS = "OALP"
+_UNLABELLED = re.compile(r"\*\d+$")
+
+
+def names_and_subjects(raw: RawClip) -> tuple[list[str], list[str]]:
+    """A name, "" where there is none, and a subject for every point, as the file has them."""
+    count = raw.points.shape[1]
+    found = texts(raw.parameters["POINT"], "LABELS")[:count]
+    found += [""] * (count - len(found))
+    names, subjects = [], []
+    for text in found:
+        # What a terminal would obey, or nobody would see.
+        printable = "".join(c if c.isprintable() else "?" for c in text)
+        subject, _, name = printable.rpartition(":")
+        names.append(name.strip())
+        subjects.append(subject.strip())
+    return names, subjects
+
+
+def markers(
+    names: list[str], subjects: list[str], raw: RawClip
+) -> tuple[NDArray[np.int64], dict[str, tuple[str, ...]]]:
+    """Which points are markers, and the names of the others by the reason why not.
+
+    Left out are `*12`, points in a list of model outputs or with the name of one, and the bones of
+    Plug-in Gait.
+    """
+    modelled = _modelled(raw.parameters["POINT"])
+    bones = _bones(names, subjects, raw.points)
+    keep: list[int] = []
+    out: dict[str, list[str]] = defaultdict(list)
+    for i, (name, subject) in enumerate(zip(names, subjects, strict=True)):
+        by_list = name in modelled or f"{subject}:{name}" in modelled
+        if _UNLABELLED.match(name):
+            out["unlabelled"].append(name)
+        elif by_list or i in bones or _MODEL_NAME.search(name):
+            out["model output"].append(name)
+        else:
+            keep.append(i)
+    return np.array(keep, dtype=np.int64), {reason: tuple(found) for reason, found in out.items()}
+
+
+def told_apart(
+    names: list[str], subjects: list[str], places: NDArray[np.int64], notes: list[str]
+) -> list[str]:
+    """The markers' labels: blanks and doubles get one that no other marker of the subject has.
+
+    Args:
+        names: the markers', with blanks and doubles.
+        subjects: the markers'.
+        places: the markers' places in the file, from 0.
+        notes: takes a sentence where a label is not the file's own.
+    """
+    given = set(zip(subjects, names, strict=True))
+    taken: set[tuple[str, str]] = set()
+    numbers: dict[tuple[str, str], int] = defaultdict(lambda: 2)
+    labels: list[str] = []
+    doubled: list[str] = []
+    for name, subject, place in zip(names, subjects, places, strict=True):
+        label = stem = name or f"point_{place + 1}"
+        again = (subject, label) in taken or (not name and (subject, label) in given)
+        if again and name:
+            doubled.append(name)
+        while again:
+            label = f"{stem}_{numbers[subject, stem]}"
+            numbers[subject, stem] += 1
+            again = (subject, label) in given or (subject, label) in taken
+        taken.add((subject, label))
+        labels.append(label)
+    if blank := names.count(""):
+        notes.append(f"points without a label: {blank}; called point_N by their place in the file")
+    if doubled:
+        which = listed(dict.fromkeys(doubled))
+        notes.append(f"labels that stand more than once are told apart as NAME_2, …: {which}")
+    return labels
+
+
+def _modelled(group: dict[str, Any]) -> set[str]:
+    """All that the file's lists of model outputs name; TYPE_GROUPS lists the lists."""
+    found: set[str] = set()
+    for title in {*_MODEL_LISTS, *texts(group, "TYPE_GROUPS")[::2]}:
+        if not title.startswith(_POINT_LISTS):
+            found.update(texts(group, title))
+    return found - {""}
+
+
+def _bones(names: list[str], subjects: list[str], points: NDArray[np.float64]) -> set[int]:
+    """Plug-in Gait's bones, which no list names: origin LFEO, ends of three axes LFEA, LFEL, LFEP."""
+    stems: dict[tuple[str, str], dict[str, int]] = defaultdict(dict)
+    for i, (name, subject) in enumerate(zip(names, subjects, strict=True)):
+        if len(name) > 1 and name[-1] in _BONE_ENDS:
+            stems[subject, name[:-1]][name[-1]] = i
+    bones: set[int] = set()
+    for ends in stems.values():
+        if len(ends) == len(_BONE_ENDS) and _axes(points[:, [ends[end] for end in _BONE_ENDS]]):
+            bones.update(ends.values())
+    return bones
+
+
+def _axes(four: NDArray[np.float64]) -> bool:
+    """Whether the last three points, seen from the first, are equally long and at right angles.
+
+    Files with 16-bit coordinates have it to a few per cent, and markers on skin never. Points that
+    are missing throughout are nobody's loss.
+    """
+    arms = four[:, 1:] - four[:, :1]
+    products = arms @ arms.swapaxes(1, 2)
+    square = products.trace(axis1=1, axis2=2) / 3
+    seen = square > 0
+    off = np.abs(products[seen] / square[seen, None, None] - np.eye(3)).max(axis=(1, 2))
+    return not len(off) or bool(np.median(off) < 0.1)

@@ -1,0 +1,63 @@
+"""What any C3D library gives, before anything is decided about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class RawClip:
+    """A C3D file as it stands.
+
+    Attributes:
+        path: the file.
+        points: (frames, points, 3), float64, the file's unit, NaN where `invalid`.
+        invalid: (frames, points), residual below zero.
+        rate: frames a second as the file has it, 0 where it has none.
+        first_frame: the file's own number of the first frame.
+        length: frames that the file holds; more than there are in `points` if the library came back short.
+        parameters: the POINT and TRIAL groups: NAME → value (numpy array, or list of text).
+        notes: what was decided while reading, one sentence each.
+    """
+
+    path: str
+    points: NDArray[np.float64]
+    invalid: NDArray[np.bool_]
+    rate: float
+    first_frame: int
+    length: int
+    parameters: dict[str, dict[str, Any]]
+    notes: tuple[str, ...] = ()
+
+
+def number(value: Any) -> float:
+    """The first number of a parameter's value; 0 without one, or where it is not finite."""
+    values = np.atleast_1d(value if value is not None else []).ravel()
+    if not len(values) or values.dtype.kind not in "iuf" or not np.isfinite(values[0]):
+        return 0.0
+    return float(values[0])
+
+
+def decoded(text: bytes) -> str:
+    """A text of the file: UTF-8, or Latin-1 where it cannot be that; padding taken off."""
+    try:
+        found = text.decode("utf-8")
+    except UnicodeDecodeError:
+        found = text.decode("latin-1")
+    return found.replace("\0", "").strip()
+
+
+def texts(group: dict[str, Any], name: str) -> list[str]:
+    """A list of texts with its continuations, NAME2, NAME3 and so on: one holds up to 255."""
+    found: list[str] = []
+    part, key = 1, name
+    while key in group:
+        value = group[key]
+        found += [str(text).strip() for text in value] if isinstance(value, list) else []
+        part += 1
+        key = f"{name}{part}"
+    return found

@@ -1,0 +1,88 @@
+"""Plain-text tables for the terminal."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from mocap_skel.clip import Clip
+from mocap_skel.fit import SkeletonFit
+from mocap_skel.joint import JointFit
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: frozenset[int]) -> str:
+    """Columns set out with blanks; those whose index is in `left` start at the left."""
+    widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head))]
+    lines = (
+        "  ".join(
+            cell.ljust(width) if i in left else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in [head, *rows]
+    )
+    return "\n".join(lines)
+
+
+_JOINT_HEAD = (
+    "joint", "known", "method", "markers", "samples", "radius cm", "residual mm", "sigma mm",
+    "weakest cm", "theta", "s.e. mm", "why",
+)  # fmt: skip
+
+
+def joint_table(fit: SkeletonFit, clip: str) -> str:
+    """One line a joint with its evidence; the standard error is that of the worst direction."""
+    who = f" {fit.subject}" if fit.subject else ""
+    verdicts = Counter(joint.determined for joint in fit.joints if joint.fitted)
+    counts = ", ".join(f"{verdicts[v]} {v}" for v in ("yes", "weak", "no") if verdicts[v])
+    head = (
+        f"{clip}{who}: {len(fit.frame_numbers)} frames at {fit.rate:g} Hz, "
+        f"{sum(verdicts.values())} of {len(fit.joints)} joints fitted ({counts or 'none'}), "
+        f"marker noise {1e3 * fit.sigma:.2f} mm"
+    )
+    rows = [_joint_cells(joint) for joint in fit.joints]
+    return f"{head}\n{table(_JOINT_HEAD, rows, frozenset({0, 1, 2, 11}))}"
+
+
+def _joint_cells(joint: JointFit) -> tuple[str, ...]:
+    if not joint.fitted:
+        return (joint.joint, "-", "-", *["-"] * 8, joint.reason)
+    worst = np.sqrt(np.linalg.eigvalsh(joint.covariance)[-1])
+    return (
+        joint.joint,
+        joint.determined,
+        joint.method,
+        str(len(joint.markers)),
+        str(joint.samples),
+        "/".join(f"{100 * r:.1f}" for r in (joint.radius.min(), joint.radius.max())),
+        f"{1e3 * joint.residual:.1f}",
+        f"{1e3 * joint.sigma:.1f}",
+        f"{100 * joint.weakest_sd:.1f}",
+        f"{np.degrees(joint.angle):.0f}°",
+        f"{1e3 * worst:.1f}",
+        joint.reason,
+    )
+
+
+def clip_table(clip: Clip, markers: Sequence[dict[str, object]]) -> str:
+    """A clip's facts, then one line a marker."""
+    head = [
+        f"{clip.name}: {clip.frames} frames at {clip.rate:g} Hz, first frame {clip.first_frame}, "
+        f"unit {clip.unit}, {clip.up} up",
+        f"{len(clip.labels)} markers, {100 * float(clip.missing().mean()):.1f} % of samples missing",
+    ]
+    subjects = [name for name in clip.subject_names if name]
+    if subjects:
+        head.append(f"subjects: {', '.join(subjects)}")
+    head += [f"note: {note}" for note in clip.notes]
+    columns = list(markers[0])
+    rows = [[_cell(row[key]) for key in columns] for row in markers]
+    names = [column.replace("_", " ") for column in columns]
+    numeric = {"missing"}
+    left = frozenset(i for i, column in enumerate(columns) if column not in numeric)
+    return "\n".join([*head, table(names, rows, left)])
+
+
+def _cell(value: object) -> str:
+    return f"{100 * value:.1f} %" if isinstance(value, float) else str(value or "-")

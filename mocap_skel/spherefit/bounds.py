@@ -1,0 +1,87 @@
+"""How well a centre can be known: coverage, the criterion, effective samples, standard errors."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mocap_skel.spherefit.moments import Array
+
+
+def coverage_angle(weakest_sd: ArrayLike, radius: ArrayLike) -> Array:
+    """Half-angle θ (radians) of the uniform cap whose weakest standard deviation is √λ_min.
+
+    sin²(θ/2) = √3 √λ_min / r (``method.md`` section 3); π where even a whole sphere has less.
+    """
+    sine = np.sqrt(3.0) * np.asarray(weakest_sd) / np.maximum(radius, np.finfo(float).tiny)
+    return np.asarray(2 * np.arcsin(np.sqrt(np.clip(sine, 0.0, 1.0))))
+
+
+def effective_counts(residuals: ArrayLike) -> Array:
+    """Independent samples in each marker's residual series: N / integrated autocorrelation time.
+
+    Noise of motion capture is correlated in time, so frames are not independent samples. The
+    autocorrelation is summed up to its first value that is not positive (Geyer 1992's initial
+    positive sequence, simplified).
+
+    Args:
+        residuals: (frames, M), NaN = missing.
+
+    Returns:
+        (M,), between 1 and N (0 for a marker without samples).
+    """
+    e = np.asarray(residuals, dtype=np.float64).T
+    seen = np.isfinite(e)
+    n = seen.sum(axis=-1)
+    e = np.where(seen, e, 0.0)
+    largest = np.abs(e).max(axis=-1, initial=0.0)
+    e = np.where(seen, e - e.sum(axis=-1, keepdims=True) / np.maximum(n, 1)[:, None], 0.0)
+    frames = e.shape[-1]
+    if frames < 2:
+        return np.asarray(n, dtype=np.float64)
+    # A lag seen in a few pairs only is noise; a tenth of the series is long enough for any memory
+    # that leaves ten independent samples. Padding by the lags keeps the correlation from wrapping.
+    lags = min(max(frames // 10, 2), frames)
+    size = 1 << (frames + lags - 1).bit_length()
+    correlation = _autocorrelation(e, size)[:, :lags]
+    if bool(seen.all()):
+        correlation /= np.arange(frames, frames - lags, -1)
+    else:
+        pairs = np.rint(_autocorrelation(seen.astype(np.float64), size)[:, :lags])
+        correlation = np.where(pairs > 0, correlation / np.maximum(pairs, 1.0), 0.0)
+    variance = correlation[:, :1]
+    # What is left of a constant is rounding, and has no memory to speak of.
+    constant = variance <= (64 * np.finfo(float).eps * largest[:, None]) ** 2
+    rho = np.where(constant, 0.0, correlation[:, 1:] / np.where(constant, 1.0, variance))
+    positive = np.logical_and.accumulate(rho > 0, axis=-1)
+    time = 1.0 + 2.0 * np.where(positive, rho, 0.0).sum(axis=-1)
+    return np.asarray(np.where(n > 0, np.clip(n / time, 1.0, np.maximum(n, 1)), 0.0))
+
+
+def _autocorrelation(series: Array, size: int) -> Array:
+    spectrum = np.fft.rfft(series, size)
+    return np.asarray(np.fft.irfft(spectrum.real**2 + spectrum.imag**2, size))
+
+
+def centre_covariance(
+    covariance: Array, counts: Array, radius: Array, noise: Array, reach: ArrayLike
+) -> Array:
+    """Covariance of a fitted centre, (D, D), m²: [Σ_p N_p C_p / (r_p² σ_p²) + I / reach²]⁻¹.
+
+    The data-based Cramér-Rao bound (``method.md`` section 3), with effective sample counts. In a
+    direction that the data do not show it would be infinite; what is known there is only that the
+    joint lies within reach of its markers.
+
+    Args:
+        covariance: (M, D, D), the markers' covariance without noise, m².
+        counts: (M,), effective samples.
+        radius: (M,), metres.
+        noise: (M,), variance of the radial residuals, m².
+        reach: a length in metres.
+    """
+    tiny = np.finfo(float).tiny
+    weight = counts / np.maximum(radius**2 * noise, tiny)
+    information = np.einsum("p,pde->de", weight, covariance)
+    dimension = covariance.shape[-1]
+    floor = np.eye(dimension) / np.maximum(np.asarray(reach) ** 2, tiny)
+    return np.asarray(np.linalg.inv(information + floor))

@@ -1,0 +1,318 @@
+"""Closed-form centres of spheres, circles and hyperspheres from their moments.
+
+Every estimator takes the moments of M markers on concentric spheres, batch shape (..., M), and
+gives one centre for them and a radius each; a single point set may come without the marker axis.
+All solve the same linear system and differ in what they take away from C (``method.md`` section 2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mocap_skel.errors import MocapSkelError
+from mocap_skel.spherefit.moments import Array, Moments
+
+
+class DegenerateSphereError(MocapSkelError, ValueError):
+    """The points do not determine a sphere: too few, all equal, on a line, in a plane, or lost in noise."""
+
+
+@dataclass(frozen=True)
+class SphereFit:
+    """A fitted centre.
+
+    Attributes:
+        centre: (..., D), metres.
+        radius: (..., M), metres, one a marker; (...) where the moments came without a marker axis.
+        axes: (..., D, D), orthonormal columns, the direction that stands least above its noise first.
+        spread: (..., D), variance of the points along each axis (mean over markers, weighted by
+            their counts), m².
+        rank: (...), the number of directions that were solved; the first D - rank axes were not.
+        sigma: (...), the noise standard deviation that was taken away, metres.
+    """
+
+    centre: Array
+    radius: Array
+    axes: Array
+    spread: Array
+    rank: Array
+    sigma: Array
+
+    @property
+    def null(self) -> Array:
+        """(..., D): the weakest direction where it was not solved (a hinge's axis), else NaN."""
+        dimension = self.axes.shape[-1]
+        return np.where((self.rank < dimension)[..., None], self.axes[..., :, 0], np.nan)
+
+
+@dataclass(frozen=True)
+class _System:
+    """Σ_p (C_p - η N_p) (c - middle) = Σ_p [½ S_p + (C_p - η N_p) (x̄_p - middle)], still without η.
+
+    Attributes:
+        middle: (..., D), the mean of the points.
+        covariance, cross: C and ½ S of all markers about it.
+        noise, noise_shift: N and Σ_p N_p (x̄_p - middle), the noise for σ = 1.
+        spread: (..., D), eigenvalues of C, ascending.
+        square, square_variance: mean and variance of |x - middle|² about each marker's own mean.
+        floor: what rounding alone leaves of a direction without extent, m².
+    """
+
+    middle: Array
+    covariance: Array
+    cross: Array
+    noise: Array
+    noise_shift: Array
+    spread: Array
+    square: Array
+    square_variance: Array
+    floor: Array
+
+
+def gdke(m: Moments, *, strict: bool = True) -> SphereFit:
+    """Generalised Delogne-Kåsa: the algebraic least-squares sphere, biased towards noisy points.
+
+    Equal to LLS, and for several markers to Gamage & Lasenby 2002. With ``strict=False`` a
+    degenerate member of a batch is NaN instead of an error.
+
+    Raises:
+        DegenerateSphereError: fewer than D + 1 points, or points in a plane, on a line, all equal.
+    """
+    return mgdk(m, 0.0, strict=strict)
+
+
+def ugdk(
+    m: Moments, sigma: ArrayLike, shape: ArrayLike | None = None, *, strict: bool = True
+) -> SphereFit:
+    """Unbiased GDK (thesis 6.6): `mgdk` under the name that it has for one marker."""
+    return mgdk(m, sigma, shape, strict=strict)
+
+
+def mgdk(
+    m: Moments, sigma: ArrayLike, shape: ArrayLike | None = None, *, strict: bool = True
+) -> SphereFit:
+    """Unbiased GDK of one or several markers about one centre (thesis 6.6).
+
+    Args:
+        m: moments, batch shape (..., M) or ().
+        sigma: noise standard deviation in metres, shape () or (...).
+        shape: Σ̂_p / sigma², shape (..., M, D, D) or (D, D); the unit matrix if None.
+        strict: raise for a degenerate member of a batch; otherwise it is NaN.
+
+    Raises:
+        DegenerateSphereError: as `gdke`, or the noise is no smaller than the points' weakest spread.
+    """
+    m, alone = _with_marker_axis(m)
+    system = _pool(m, shape)
+    noise = np.broadcast_to(np.asarray(sigma, dtype=np.float64) ** 2, system.square.shape)
+    return _solve(m, system, noise, shape, strict, alone)
+
+
+def pratt(m: Moments, *, strict: bool = True) -> SphereFit:
+    """Pratt's normalisation (Chang & Pollard 2007 for several markers): needs no noise level.
+
+    Setting its 5 x 5 eigenproblem out shows that it is UGDK with σ² = η, the smallest root of a
+    decreasing function on [0, λ_min(C)): an estimate of the noise that cannot run away.
+
+    Raises:
+        DegenerateSphereError: as `gdke`.
+    """
+    m, alone = _with_marker_axis(m)
+    system = _pool(m, None)
+    return _solve(m, system, _pratt_noise(system), None, strict, alone)
+
+
+def sgdk(m: Moments, sigma: ArrayLike | None = None, shape: ArrayLike | None = None) -> SphereFit:
+    """MGDK in the directions that stand above the noise only: for hinges and near-planar motion.
+
+    A direction is solved where the points' own variance in it, without the noise, exceeds the noise
+    (the thesis's criterion σ < √λ, ``method.md`` section 3). Along the others the centre stays
+    level with the mean of the points, and the weakest is returned as the null vector.
+
+    Args:
+        m: moments, batch shape (..., M) or ().
+        sigma: noise standard deviation in metres, () or (...). Without it, or where it is larger
+            than what the points' own residual shows, Pratt's noise is used.
+        shape: Σ̂_p / sigma², as for `mgdk`.
+
+    Raises:
+        DegenerateSphereError: no marker has two points.
+    """
+    m, alone = _with_marker_axis(m)
+    if bool((m.count.max(axis=-1) < 2).any()):
+        raise DegenerateSphereError("a sphere fit needs points, and there are fewer than two")
+    system = _pool(m, shape)
+    # Pratt's noise is the same in all directions, so it bounds what the shape has in all.
+    everywhere = np.linalg.eigvalsh(system.noise)[..., 0]
+    noise = _pratt_noise(system) / np.where(everywhere > 0, everywhere, 1.0)
+    if sigma is not None:
+        noise = np.minimum(np.asarray(sigma, dtype=np.float64) ** 2, noise)
+    signal, axes = np.linalg.eigh(system.covariance - noise[..., None, None] * system.noise)
+    still = noise[..., None] * np.einsum("...dk,...de,...ek->...k", axes, system.noise, axes)
+    order = np.argsort(signal / (still + system.floor[..., None]), axis=-1)
+    signal, still = (np.take_along_axis(v, order, axis=-1) for v in (signal, still))
+    axes = np.take_along_axis(axes, order[..., None, :], axis=-1)
+    above = (signal > still) & (signal > system.floor[..., None])
+    return _finish(m, system, noise, shape, signal, axes, above, alone)
+
+
+def _pratt_noise(system: _System) -> Array:
+    """η of Pratt's fit, shape (...), m²: the noise variance that the points' own residual shows.
+
+    With f = |x|² about the middle, λ_k and g_k the covariance with f in the eigenvectors of C, it is
+    the root of var f - Σ g_k²/(λ_k - η) - 4 η mean f - 4 η² in [0, λ_min), where the left side falls
+    from its least-squares residual (≥ 0) to -∞.
+    """
+    lam, axes = np.linalg.eigh(system.covariance)
+    weight = np.einsum("...dk,...d->...k", axes, 2 * system.cross) ** 2
+    low, high = np.zeros_like(system.square), np.maximum(lam[..., 0], 0.0)
+    eta = low
+    least = np.finfo(float).eps * lam[..., -1:] + np.finfo(float).tiny
+    # Newton's method on a falling concave function, kept inside its bracket by bisection: the pole
+    # at λ_min would throw a free step out. Eight steps are usual, 60 the bound of pure bisection.
+    for _ in range(60):
+        gap = np.maximum(lam - eta[..., None], least)
+        part = weight / gap
+        value = system.square_variance - part.sum(axis=-1) - 4 * eta * (system.square + eta)
+        slope = -(part / gap).sum(axis=-1) - 4 * system.square - 8 * eta
+        low, high = np.where(value > 0, eta, low), np.where(value > 0, high, eta)
+        step = eta - value / np.minimum(slope, -np.finfo(float).tiny)
+        new = np.where((step > low) & (step < high), step, 0.5 * (low + high))
+        done = bool((np.abs(new - eta) <= 1e-14 * high).all())
+        eta = new
+        if done:
+            break
+    return np.asarray(eta)
+
+
+def radial_variance(m: Moments, fit: SphereFit) -> Array:
+    """Mean square radial residual of each marker, (..., M), m², from the moments alone.
+
+    |x - c|² - its mean is 2 r times the radial residual to first order, and its variance follows
+    from C, S and the fourth moment.
+    """
+    m, alone = _with_marker_axis(m)
+    away = fit.centre[..., None, :] - m.mean
+    trace = np.trace(m.covariance, axis1=-2, axis2=-1)
+    small = np.maximum(m.count, 1.0)
+    variance = (
+        m.fourth
+        - trace**2 * (m.count - 1) / small
+        - 4 * np.einsum("...d,...d->...", m.third, away)
+        + 4 * np.einsum("...d,...de,...e->...", away, m.covariance, away)
+    )
+    square = trace * (m.count - 1) / small + np.einsum("...d,...d->...", away, away)
+    result = np.maximum(variance, 0.0) / (4 * np.maximum(square, np.finfo(float).tiny))
+    return np.asarray(result[..., 0] if alone else result)
+
+
+def _with_marker_axis(m: Moments) -> tuple[Moments, bool]:
+    return (m[None], True) if m.count.ndim == 0 else (m, False)
+
+
+def _pool(m: Moments, shape: ArrayLike | None) -> _System:
+    """The linear system of the shared centre.
+
+    Each marker's points are deviations from that marker's own mean (its radius is free); markers
+    count by N - 1, which for one marker leaves its C and S as they are.
+    """
+    n = m.count
+    below = np.maximum(n - 1.0, 0.0)
+    weight = below / np.maximum(below.sum(axis=-1), 1.0)[..., None]
+    middle = np.einsum("...p,...pd->...d", weight, m.mean)
+    h = m.mean - middle[..., None, :]
+    hh = np.einsum("...d,...d->...", h, h)
+    ch = np.einsum("...de,...e->...d", m.covariance, h)
+    trace = np.trace(m.covariance, axis1=-2, axis2=-1)
+    share = below / np.maximum(n, 1.0)
+    covariance = np.einsum("...p,...pde->...de", weight, m.covariance)
+    within = m.fourth - trace**2 * share + 4 * np.einsum("...d,...d->...", m.third + ch, h)
+    dimension = m.mean.shape[-1]
+    if shape is None:
+        noise, shift = np.eye(dimension), np.zeros(dimension)
+    else:
+        each = np.broadcast_to(np.asarray(shape, dtype=np.float64), m.covariance.shape)
+        noise = np.einsum("...p,...pde->...de", weight, each)
+        shift = np.einsum("...p,...pde,...pe->...d", weight, each, h)
+    spread = np.linalg.eigvalsh(covariance)
+    # What rounding alone leaves of a direction without extent: a few ulps of the coordinates, and of
+    # the largest eigenvalue.
+    eps = np.finfo(float).eps
+    reach = np.abs(m.mean).max(axis=(-1, -2)) + np.sqrt(np.maximum(spread[..., -1], 0.0))
+    return _System(
+        middle=middle,
+        covariance=covariance,
+        cross=np.einsum("...p,...pd->...d", weight, 0.5 * m.third + ch),
+        noise=noise,
+        noise_shift=shift,
+        spread=spread,
+        square=np.einsum("...p,...p->...", weight, share * trace + hh),
+        square_variance=np.einsum("...p,...p->...", weight, within),
+        floor=np.maximum((64 * eps * reach) ** 2, 64 * eps * spread[..., -1])
+        + np.finfo(float).tiny,
+    )
+
+
+def _solve(
+    m: Moments, system: _System, noise: Array, shape: ArrayLike | None, strict: bool, alone: bool
+) -> SphereFit:
+    """Every direction solved; a degenerate member is an error or NaN."""
+    dimension = m.mean.shape[-1]
+    flat = system.spread[..., 0] <= system.floor
+    few = m.count.max(axis=-1) < dimension + 1
+    signal, axes = np.linalg.eigh(system.covariance - noise[..., None, None] * system.noise)
+    noisy = signal[..., 0] <= 0
+    if strict and bool((flat | few | noisy).any()):
+        if bool(few.any()):
+            raise DegenerateSphereError(
+                f"a sphere in {dimension} dimensions needs at least {dimension + 1} points"
+            )
+        if bool(flat.any()):
+            raise DegenerateSphereError(
+                "the points do not span a sphere: they are all equal, on a line or in a plane"
+            )
+        raise DegenerateSphereError(
+            "the noise is no smaller than the points' weakest spread: the centre is not determined",
+            "use sgdk, which leaves such a direction out",
+        )
+    good = ~(flat | few | noisy)
+    above = np.broadcast_to(good[..., None], signal.shape)
+    fit = _finish(m, system, noise, shape, signal, axes, above, alone)
+    return replace(
+        fit,
+        centre=np.where(good[..., None], fit.centre, np.nan),
+        radius=np.where(good if alone else good[..., None], fit.radius, np.nan),
+    )
+
+
+def _finish(
+    m: Moments,
+    system: _System,
+    noise: Array,
+    shape: ArrayLike | None,
+    signal: Array,
+    axes: Array,
+    above: NDArray[np.bool_],
+    alone: bool,
+) -> SphereFit:
+    """Centre and radii from the directions that may be solved."""
+    right = system.cross - noise[..., None] * system.noise_shift
+    shift = np.einsum("...dk,...d->...k", axes, right) / np.where(above, signal, 1.0)
+    centre = system.middle + np.einsum("...dk,...k->...d", axes, np.where(above, shift, 0.0))
+    away = m.mean - centre[..., None, :]
+    trace = np.trace(m.covariance, axis1=-2, axis2=-1)
+    unit = m.mean.shape[-1] if shape is None else np.trace(np.asarray(shape), axis1=-2, axis2=-1)
+    square = (m.count - 1) / np.maximum(m.count, 1.0) * (trace - noise[..., None] * unit)
+    square = square + np.einsum("...d,...d->...", away, away)
+    square = np.where(m.count > 0, square, np.nan)
+    return SphereFit(
+        centre=centre,
+        radius=np.sqrt(np.maximum(square[..., 0] if alone else square, 0.0)),
+        axes=axes,
+        spread=np.einsum("...dk,...de,...ek->...k", axes, system.covariance, axes),
+        rank=above.sum(axis=-1),
+        sigma=np.sqrt(noise),
+    )

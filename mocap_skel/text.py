@@ -1,0 +1,37 @@
+"""Small helpers for text files that people write and messages that people read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from pathlib import Path
+
+from mocap_skel.errors import MocapSkelError
+
+
+def read_text(path: Path, error: type[MocapSkelError]) -> str:
+    """A text file in UTF-8, with or without a byte-order mark; what cannot be read raises `error`."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as problem:
+        raise error(f"{path}: {problem.strerror}") from problem
+    except UnicodeDecodeError as problem:
+        raise error(
+            f"{path}: not a text file in UTF-8 (byte {problem.start})", "save it as UTF-8"
+        ) from problem
+
+
+def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | None:
+    """A hint with the known names at least so much like this one (0 to 1), None without any."""
+    names = list(known)
+    folded: dict[str, str] = {}
+    for candidate in names:
+        folded.setdefault(candidate.lower(), candidate)
+    found = [folded[m] for m in get_close_matches(name.lower(), folded, n=3, cutoff=likeness)]
+    return f"did you mean {' or '.join(found)}?" if found else None
+
+
+def listed(names: Iterable[str], most: int = 8) -> str:
+    """Names as a comma-separated text, a long list cut short."""
+    items = list(names)
+    return ", ".join(items[:most]) + (f" and {len(items) - most} more" if len(items) > most else "")
