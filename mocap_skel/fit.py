@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +76,7 @@ class SkeletonFit:
         """Name and lab track (frames, 3) of every joint, of the root's origin, of each leaf's end point."""
         for joint in self.joints:
             yield joint.joint, joint.track
-        for segment in (self.skeleton.root, *self.skeleton.leaves):
+        for segment in dict.fromkeys((self.skeleton.root, *self.skeleton.leaves)):
             found = self.segments.get(segment.name)
             if found is None:
                 yield segment.name, np.full((len(self.frame_numbers), 3), np.nan)
@@ -222,11 +222,15 @@ class _Walk:
         )
         if found is None:
             return None
+        used = np.isfinite(found.radius)
+        found = replace(found, radius=found.radius[used])
         return JointFit(
             joint=segment.joint,
             parent=segment.parent,
             child=segment.name,
-            markers=tuple(self.markers[segment.name]),
+            markers=tuple(
+                m for m, there in zip(self.markers[segment.name], used, strict=True) if there
+            ),
             track=parent.pose.to_lab(found.centre),
             **{f.name: getattr(found, f.name) for f in fields(CentreFit)},
         )

@@ -147,8 +147,16 @@ def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> C
         frame: the parent's frame.
 
     Returns:
-        None where no marker has enough samples.
+        None where no marker has enough samples. A marker that is never seen has the radius NaN.
     """
+    there = np.asarray(np.isfinite(inside[..., 0]).any(axis=0))
+    if not there.all():
+        found = fit_centre(inside[:, there], sigma, own_sigma, frame)
+        if found is None:
+            return None
+        radius = np.full(len(there), np.nan)
+        radius[there] = found.radius
+        return replace(found, radius=radius)
     moments = sphere_moments(np.swapaxes(inside, 0, 1))
     if moments.count.max(initial=0) < LEAST_SAMPLES:
         return None

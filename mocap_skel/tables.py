@@ -20,32 +20,24 @@ def track_columns(fit: SkeletonFit) -> tuple[list[str], Array]:
     return [f"{name}_{axis}" for name in names for axis in "xyz"], np.hstack(tracks)
 
 
+JOINT_COLUMNS = (
+    "joint", "parent", "child", "x", "y", "z", "se_x", "se_y", "se_z", "markers", "samples",
+    "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "determined",
+    "method", "reason",
+)  # fmt: skip
+
+
 def joint_row(joint: JointFit) -> dict[str, Any]:
     """One row of joints.csv: lengths in metres, the angle in degrees; None where nothing is known."""
     x, y, z = map(_number, joint.centre)
     se_x, se_y, se_z = map(_number, joint.standard_error)
-    return {
-        "joint": joint.joint,
-        "parent": joint.parent,
-        "child": joint.child,
-        "x": x,
-        "y": y,
-        "z": z,
-        "se_x": se_x,
-        "se_y": se_y,
-        "se_z": se_z,
-        "markers": list(joint.markers),
-        "samples": joint.samples,
-        "effective_samples": _number(joint.effective, 1),
-        "radius": [_number(r) for r in joint.radius],
-        "residual": _number(joint.residual),
-        "sigma": _number(joint.sigma),
-        "weakest_sd": _number(joint.weakest_sd),
-        "theta_deg": _number(np.degrees(joint.angle), 2),
-        "determined": joint.determined,
-        "method": joint.method,
-        "reason": joint.reason,
-    }
+    values = (
+        joint.joint, joint.parent, joint.child, x, y, z, se_x, se_y, se_z, list(joint.markers),
+        joint.samples, _number(joint.effective, 1), [_number(r) for r in joint.radius],
+        _number(joint.residual), _number(joint.sigma), _number(joint.weakest_sd),
+        _number(np.degrees(joint.angle), 2), joint.determined, joint.method, joint.reason,
+    )  # fmt: skip
+    return dict(zip(JOINT_COLUMNS, values, strict=True))
 
 
 def _number(value: float, digits: int = 6) -> float | None:
@@ -68,4 +60,5 @@ def joints_table(fit: SkeletonFit) -> pandas.DataFrame:
     """The joints as a DataFrame: one row a joint, `joint` as index, the columns of joints.csv."""
     import pandas
 
-    return pandas.DataFrame([joint_row(joint) for joint in fit.joints]).set_index("joint")
+    rows = [joint_row(joint) for joint in fit.joints]
+    return pandas.DataFrame(rows, columns=list(JOINT_COLUMNS)).set_index("joint")

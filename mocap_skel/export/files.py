@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
@@ -23,9 +24,13 @@ def check_free(paths: list[Path], overwrite: bool) -> None:
         OutputError: a file is there already, or the folder cannot be made.
     """
     for path in paths:
-        if path.is_dir():
+        try:
+            folder, there = path.is_dir(), path.exists()
+        except OSError as error:
+            raise OutputError(f"{path}: {error.strerror}") from error
+        if folder:
             raise OutputError(f"{path}: is a folder")
-        if path.exists() and not overwrite:
+        if there and not overwrite:
             raise OutputError(f"{path}: exists already", "use --overwrite or another -o")
 
 
@@ -36,6 +41,8 @@ def write_all(contents: Mapping[Path, str], overwrite: bool) -> None:
         OutputError: one exists already, or cannot be written; then none is there that was not before.
     """
     check_free(list(contents), overwrite)
+    new = [path for path in contents if not path.exists()]
+    done = False
     ready: list[tuple[Path, Path]] = []
     try:
         for path, text in contents.items():
@@ -50,11 +57,15 @@ def write_all(contents: Mapping[Path, str], overwrite: bool) -> None:
             # A temporary file is private; a result file gets what the user's umask allows.
             temporary.chmod(0o666 & ~_umask())
             temporary.replace(path)
+        done = True
     except OSError as error:
         raise OutputError(f"{error.filename or path}: {error.strerror}") from error
     finally:
         for temporary, _ in ready:
             temporary.unlink(missing_ok=True)
+        for path in [] if done else new:
+            with suppress(OSError):
+                path.unlink()
 
 
 def _umask() -> int:

@@ -4,33 +4,34 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterable
 
 import numpy as np
 
 from mocap_skel.fit import SkeletonFit
-from mocap_skel.tables import joint_row, track_columns
+from mocap_skel.tables import JOINT_COLUMNS, joint_row, track_columns
 
 
 def skeleton_csv(fit: SkeletonFit) -> str:
     """One row a frame: frame, time, three columns a track; metres to the micrometre, missing = empty."""
     names, values = track_columns(fit)
-    header = ",".join(["frame", "time", *names])
     # One format for the whole table is several times as fast as a writer that sees single cells.
     # Rounding first and adding zero keeps "-0.000000" out.
     row = "%d,%.6f" + ",%.6f" * len(names) + "\n"
     columns = np.column_stack([fit.frame_numbers, fit.time, np.round(values, 6) + 0.0])
     body = (row * len(columns)) % tuple(columns.ravel().tolist())
-    return f"{header}\n{body.replace('nan', '')}"
+    return _csv([["frame", "time", *names]]) + body.replace("nan", "")
 
 
 def joints_csv(fit: SkeletonFit) -> str:
     """One row a joint; lists are separated by blanks, what is not known is empty."""
-    rows = [joint_row(joint) for joint in fit.joints]
+    rows = ([_cell(value) for value in joint_row(joint).values()] for joint in fit.joints)
+    return _csv([JOINT_COLUMNS, *rows])
+
+
+def _csv(rows: Iterable[Iterable[object]]) -> str:
     text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        writer.writerow({key: _cell(value) for key, value in row.items()})
+    csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()
 
 

@@ -79,9 +79,11 @@ def centre_covariance(
         noise: (M,), variance of the radial residuals, m².
         reach: a length in metres.
     """
-    tiny = np.finfo(float).tiny
-    weight = counts / np.maximum(radius**2 * noise, tiny)
+    # Exact data have no residual; rounding of the places is the least that there is.
+    least = (64 * np.finfo(float).eps * np.maximum(np.asarray(reach), np.finfo(float).eps)) ** 2
+    weight = counts / (np.maximum(radius**2, least) * np.maximum(noise, least))
     information = np.einsum("p,pde->de", weight, covariance)
-    dimension = covariance.shape[-1]
-    floor = np.eye(dimension) / np.maximum(np.asarray(reach) ** 2, tiny)
-    return np.asarray(np.linalg.inv(information + floor))
+    # By eigenvectors: an exact hinge has directions that differ by more than the digits of a number.
+    values, axes = np.linalg.eigh(information)
+    known = np.maximum(values, 0.0) + 1.0 / np.maximum(np.asarray(reach) ** 2, least)
+    return np.asarray((axes / known) @ axes.T)
