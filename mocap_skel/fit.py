@@ -146,10 +146,13 @@ class _Walk:
         self.markers = {
             name: self._seen(name, columns) for name, columns in assignment.columns.items()
         }
+        self.points = {
+            name: clip.points[:, list(columns.values())] for name, columns in self.markers.items()
+        }
         self.shapes = {
             name: found
-            for name, columns in self.markers.items()
-            if len(columns) >= 3 and (found := find_shape(self._points(name))) is not None
+            for name, points in self.points.items()
+            if points.shape[1] >= 3 and (found := find_shape(points)) is not None
         }
         # Skin and swapped markers only ever add to a shape's residual, so the more rigid segments
         # tell of the cameras; the very first may be some that the lab's software has filled in.
@@ -176,9 +179,6 @@ class _Walk:
         if unfitted:
             found.append(f"joints not fitted: {listed(unfitted, 20)}")
         return found + self.notes
-
-    def _points(self, segment: str) -> Array:
-        return self.clip.points[:, list(self.markers[segment].values())]
 
     def visit(self, segment: Segment) -> None:
         """Fit a segment's joint in its parent's frame, then the segment's own pose."""
@@ -215,7 +215,7 @@ class _Walk:
         parent = self.segments[segment.parent]
         own = self.shapes.get(segment.name)
         found = fit_centre(
-            parent.pose.to_segment(self._points(segment.name)),
+            parent.pose.to_segment(self.points[segment.name]),
             self.sigma,
             max(own[0].sigma if own else 0.0, self.sigma),
             self.frames[segment.parent],
@@ -237,58 +237,38 @@ class _Walk:
 
     def _markers_pose(self, name: str) -> Pose:
         shape, pose = self.shapes[name]
-        return shape.triad_pose(self._points(name)) if self.triad else pose
+        return shape.triad_pose(self.points[name]) if self.triad else pose
 
     def _child(self, segment: Segment, joint: JointFit) -> None:
         """The segment's pose by the case that each frame allows (thesis 5.5.1.1 to 5.5.1.3)."""
-        points = self._points(segment.name)
+        points = self.points[segment.name]
         axis = self.segments[joint.parent].pose.rotation @ joint.axis
-        with_joint = np.concatenate([points, joint.track[:, None]], axis=1)
         if segment.name in self.shapes:
             shape = self.shapes[segment.name][0]
             pose = self._markers_pose(segment.name)
             at = _middle(pose.to_segment(joint.track[:, None])[:, 0])
-            extended = Shape(
-                np.vstack([shape.template, at]),
-                np.append(shape.weights, 1.0),
-                shape.chosen,
-                shape.sigma,
-            )
             if not pose.known.all():
-                pose = _filled(pose, extended.pose(with_joint))
-            if joint.hinge:
-                pose = self._filled_by_hinge(pose, extended, points, joint.track, axis)
+                template, weights = np.vstack([shape.template, at]), np.append(shape.weights, 1.0)
+                extended = Shape(template, weights, shape.chosen, shape.sigma)
+                pose = _filled(pose, extended.pose(_beside(points, joint.track)))
+                if joint.hinge:
+                    pose = _filled_by_hinge(pose, extended, points, joint.track, axis)
             self._add(segment, pose, shape, at)
             return
+        with_joint = _beside(points, joint.track)
         found = find_shape(with_joint) if points.shape[1] >= 2 else None
         if found is not None:
             shape, pose = found
             if self.triad:
                 pose = shape.triad_pose(with_joint)
             if joint.hinge:
-                pose = self._filled_by_hinge(pose, shape, points, joint.track, axis)
+                pose = _filled_by_hinge(pose, shape, points, joint.track, axis)
             self._add(segment, pose, shape, shape.template[-1])
             if joint.determined == "no":
                 doubt = f"the frame of {segment.name} rests on {joint.joint}, which is not known"
                 self.frames[segment.name] = Frame(shape, "weak", doubt)
             return
         self._one_marker(segment, joint, points, axis)
-
-    def _filled_by_hinge(
-        self, pose: Pose, shape: Shape, points: Array, joint: Array, axis: Array
-    ) -> Pose:
-        """Case 3 in frames where one marker is left: a hinge's axis is fixed in the child as well."""
-        inside = _middle(np.einsum("fji,fj->fi", pose.rotation, axis))
-        for m in range(points.shape[1]):
-            if pose.known.all():
-                break
-            pose = _filled(
-                pose,
-                one_marker_pose(
-                    points[:, m], joint, axis, shape.template[m], shape.template[-1], inside
-                ),
-            )
-        return pose
 
     def _one_marker(self, segment: Segment, joint: JointFit, points: Array, axis: Array) -> None:
         """A segment of one marker (or of markers in line with the joint): case 3 throughout."""
@@ -334,6 +314,25 @@ def _filled(pose: Pose, other: Pose) -> Pose:
         np.where(known[:, None, None], pose.rotation, other.rotation),
         np.where(known[:, None], pose.origin, other.origin),
     )
+
+
+def _filled_by_hinge(pose: Pose, shape: Shape, points: Array, joint: Array, axis: Array) -> Pose:
+    """Case 3 in frames where one marker is left: a hinge's axis is fixed in the child as well.
+
+    The shape's last point is the joint; joint and axis are lab tracks (frames, 3).
+    """
+    inside = _middle(np.einsum("fji,fj->fi", pose.rotation, axis))
+    places, at = shape.template[:-1], shape.template[-1]
+    for m, place in enumerate(places):
+        if pose.known.all():
+            break
+        pose = _filled(pose, one_marker_pose(points[:, m], joint, axis, place, at, inside))
+    return pose
+
+
+def _beside(points: Array, track: Array) -> Array:
+    """Points (frames, M, 3) with a track (frames, 3) as one more."""
+    return np.concatenate([points, track[:, None]], axis=1)
 
 
 def _middle(values: Array) -> Array:

@@ -169,11 +169,11 @@ def _foam(b: Array, bound: Array) -> Array:
         kappa = 0.5 * (root * root - norm)
         zeta = kappa * root - determinant
         # (s₁ + s₂)(s₂ + s₃)(s₃ + s₁) for the singular values of B: next to nothing beside s₁³ on a line.
-        zeta[zeta <= 0.1 * LINE**2 * root**3] = np.nan
+        zeta[zeta <= 1e-5 * root**3] = np.nan
         product = np.einsum("ikf,jkf->ijf", b, b)
         rotation = (kappa + norm) * b + root * cofactor - np.einsum("ikf,kjf->ijf", product, b)
         rotation /= zeta
-        # Rounding in the root leaves columns orthogonal to about 1e-10; Gram-Schmidt makes it 1e-16.
+        # Rounding in the root leaves columns orthogonal to about 1e-12; Gram-Schmidt makes it 1e-16.
         x, y, z = (rotation[:, k] for k in range(3))
         x /= np.sqrt((x * x).sum(axis=0))
         _cross_rows(x, y.copy(), z)

@@ -45,7 +45,9 @@ class Shape:
 
     def pose(self, points: Array, used: NDArray[np.bool_] | None = None) -> Pose:
         """Least-squares pose of points (frames, M, 3); `used` (frames, M) leaves points out."""
-        weights = self.weights if used is None else self.weights * used
+        weights = self.weights * np.isfinite(self.template[:, 0])
+        if used is not None:
+            weights = weights * used
         return least_squares_pose(points, np.nan_to_num(self.template), weights)
 
     def triad_pose(self, points: Array) -> Pose:
