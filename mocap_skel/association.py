@@ -9,9 +9,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from mocap_skel.clip import Clip
-from mocap_skel.errors import AssociationError, CallError, ClipError
+from mocap_skel.errors import AssociationError, CallError, ClipError, SkeletonError
 from mocap_skel.skeleton import STANDARD, Skeleton, read_skeleton
-from mocap_skel.text import listed, nearest, read_text
+from mocap_skel.text import counted, listed, nearest, read_text
 
 _PACKAGE = Path(__file__).parent
 # Inside the wheel the folder lies in the package, in a checkout beside it.
@@ -69,14 +69,11 @@ class Assignment:
         notes = []
         if self.absent:
             lines = [f"{r.label} (line {r.line}{self._offer(r.label)})" for r in self.absent]
-            notes.append(
-                f"{association.path}: {len(lines)} labels are not in the clip: {listed(lines)}"
-            )
+            what = counted(len(lines), "label")
+            notes.append(f"{association.path}: {what} not in the clip: {listed(lines)}")
         if self.unmatched:
-            notes.append(
-                f"{len(self.unmatched)} labels of the clip are not in {association.path}: "
-                f"{listed(self.unmatched)}"
-            )
+            what = counted(len(self.unmatched), "label")
+            notes.append(f"{what} of the clip not in {association.path}: {listed(self.unmatched)}")
         return notes
 
     def _offer(self, label: str) -> str:
@@ -101,6 +98,7 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
     figure: str | Path | None = skeleton
     rules: list[tuple[int, list[tuple[str, int]]]] = []
     ignored: list[str] = []
+    named: int | None = None
     for number, line in enumerate(lines, 1):
         words = list(_words(line, f"{path}:{number}"))
         if not words:
@@ -111,12 +109,18 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
                 raise AssociationError(
                     f"{path}:{number}:{words[0][1]}: only '@skeleton NAME' is known, not {line.strip()!r}"
                 )
-            figure = figure or _beside(path, words[1][0])
+            if skeleton is None:
+                figure, named = _beside(path, words[1][0]), number
         elif first == "ignore" and len(words) == 2:
             ignored.append(words[1][0])
         else:
             rules.append((number, words))
-    read = read_skeleton(figure or STANDARD)
+    try:
+        read = read_skeleton(figure or STANDARD)
+    except SkeletonError as error:
+        if named is None:
+            raise
+        raise SkeletonError(f"{path}:{named}: {error.message}", error.hint) from error
     return Association(str(path), read, tuple(_rules(rules, read, path)), tuple(ignored))
 
 
@@ -175,7 +179,7 @@ def _rules(
         if len(words) not in (2, 3):
             column = words[3][1] if len(words) > 3 else words[0][1]
             raise AssociationError(
-                f"{where}:{column}: {len(words)} words where LABEL MARKER [SEGMENT] is needed",
+                f"{where}:{column}: {counted(len(words), 'word')} where LABEL MARKER [SEGMENT] is needed",
                 'a label with spaces or # is "quoted"',
             )
         (label, label_column), (marker, column) = words[0], words[1]
@@ -223,14 +227,10 @@ def associate(
         CallError: the clip has no such subject.
         ClipError: no label of the clip is in the file.
     """
-    names = clip.subject_names
-    if subject is not None and subject not in names:
-        known = [name for name in names if name]
-        raise CallError(
-            f"{clip.name}: no subject {subject!r} in it",
-            nearest(subject, known) or f"it has {listed(known) or 'no subjects'}",
-        )
-    found = [_assign(clip, name, association) for name in names if subject in (None, name)]
+    check_subject(clip, subject)
+    found = [
+        _assign(clip, name, association) for name in clip.subject_names if subject in (None, name)
+    ]
     matched = tuple(a for a in found if a.columns)
     if not matched:
         labels = [
@@ -245,6 +245,20 @@ def associate(
     return matched
 
 
+def check_subject(clip: Clip, subject: str | None) -> None:
+    """Refuse a subject that the clip does not have; None stands for all of them.
+
+    Raises:
+        CallError: there is no such subject.
+    """
+    if subject is not None and subject not in clip.subject_names:
+        known = [name for name in clip.subject_names if name]
+        raise CallError(
+            f"{clip.name}: no subject {subject!r} in it",
+            nearest(subject, known) or f"it has {listed(known) or 'no subjects'}",
+        )
+
+
 def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
     own = {
         label: column
@@ -253,13 +267,20 @@ def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
     }
     prefix = f"{subject}:" if subject else ""
     at: dict[str, dict[str, int]] = {}
-    used, absent = set(), []
+    used: dict[str, Rule] = {}
+    absent = []
+    others = tuple(f"{name}:" for name in clip.subject_names if name and name != subject)
     for rule in association.rules:
         label = rule.label.removeprefix(prefix)
+        if label in used:
+            raise AssociationError(
+                f"{association.path}:{rule.line}: label {rule.label!r} is that of line "
+                f"{used[label].line} in {clip.name}"
+            )
         if label in own:
             at.setdefault(rule.segment, {})[rule.marker] = own[label]
-            used.add(label)
-        else:
+            used[label] = rule
+        elif not label.startswith(others):
             absent.append(rule)
     rest = [label for label in own if label not in used]
     dropped = [s for s in rest if any(fnmatchcase(s, p) for p in association.ignored)]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from mocap_skel.association import Association, associate
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, FitError
-from mocap_skel.export import SUFFIXES, WRITERS, Options
-from mocap_skel.export.files import check_free, safe_name, write_all
+from mocap_skel.export import WRITERS, Options
+from mocap_skel.export.files import safe_name, write_all
 from mocap_skel.fit import SkeletonFit, fit_skeleton
 from mocap_skel.readers import read_clip
 
@@ -44,29 +45,36 @@ class Job:
 
 @dataclass(frozen=True)
 class Done:
-    """One clip's fits, its result files with their contents, and what there is to say about it."""
+    """What came of one clip.
+
+    Attributes:
+        fits: one a subject.
+        files: result files with their contents.
+        notes: what there is to say about it, one sentence each.
+        failed: why other subjects of the clip could not be fitted.
+    """
 
     fits: tuple[SkeletonFit, ...]
     files: dict[Path, str]
     notes: tuple[str, ...]
+    failed: tuple[FitError, ...]
 
 
-def process(path: Path, job: Job) -> Done:
+def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
     """Read, fit, render and write one clip; its files appear together or not at all.
+
+    Args:
+        path: the clip.
+        job: what to do with it.
+        taken: files that are not to be written, though `job.overwrite` allows to replace others.
 
     Raises:
         MocapSkelError: the clip cannot be read, fitted, or written.
     """
     folder = job.folder or Path()
-    if job.folder is not None:
-        # A clip that was done before is refused before any work; several subjects only after reading.
-        check_free(
-            [folder / f"{path.stem}{suffix}" for name in job.formats for suffix in SUFFIXES[name]],
-            job.overwrite,
-        )
     clip = read_clip(path, unit=job.unit, rate=job.rate)
     notes = list(clip.notes)
-    fits = _fits(clip, job, notes)
+    fits, failed = _fits(clip, job, notes)
     files: dict[Path, str] = {}
     for fit in fits:
         subject = safe_name(fit.subject) if len(clip.subject_names) > 1 and fit.subject else ""
@@ -75,36 +83,38 @@ def process(path: Path, job: Job) -> Done:
             rendered = WRITERS[name](fit, job.options)
             notes += [_named(fit.subject, note) for note in rendered.notes]
             for suffix, text in rendered.files.items():
-                if folder / f"{stem}{suffix}" in files:
+                target = folder / f"{stem}{suffix}"
+                if target in files or target in taken:
                     raise CallError(
-                        f"{path}: two subjects would write {stem}{suffix}", "choose with --subject"
+                        f"{path}: {target} is the result of another clip or subject of this call",
+                        "choose with --subject, or use another -o",
                     )
-                files[folder / f"{stem}{suffix}"] = text
+                files[target] = text
     if job.folder is not None:
         write_all(files, job.overwrite)
-    return Done(tuple(fits), files, tuple(dict.fromkeys(notes)))
+    return Done(tuple(fits), files, tuple(dict.fromkeys(notes)), tuple(failed))
 
 
-def _fits(clip: Clip, job: Job, notes: list[str]) -> list[SkeletonFit]:
-    """The subjects of a clip that can be fitted; why another cannot goes into the notes."""
+def _fits(clip: Clip, job: Job, notes: list[str]) -> tuple[list[SkeletonFit], list[FitError]]:
+    """The subjects of a clip that can be fitted, and why others cannot."""
     fits: list[SkeletonFit] = []
     failed: list[FitError] = []
     for assignment in associate(clip, job.association, job.subject):
+        mismatches = assignment.mismatches(job.association)
         try:
             fit = fit_skeleton(
                 clip, assignment, job.association.skeleton, sigma=job.sigma, pose=job.pose
             )
         except FitError as error:
-            failed.append(error)
+            message = _named(assignment.subject, error.message)
+            hint = "; ".join([*([error.hint] if error.hint else []), *mismatches])
+            failed.append(FitError(message, hint or None))
             continue
         fits.append(fit)
-        notes += [
-            _named(fit.subject, n) for n in (*assignment.mismatches(job.association), *fit.notes)
-        ]
+        notes += [_named(fit.subject, note) for note in (*mismatches, *fit.notes)]
     if not fits:
         raise failed[0]
-    notes += [error.message for error in failed]
-    return fits
+    return fits, failed
 
 
 def _named(subject: str, note: str) -> str:

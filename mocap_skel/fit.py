@@ -105,13 +105,17 @@ def fit_skeleton(
         pose: "least-squares" (all visible markers) or "triad" (three-point frames, thesis case 1).
 
     Raises:
-        FitError: the root segment has no three markers that are seen together off a line.
+        FitError: the root segment has no three markers that are seen together off a line, or no
+            joint can be fitted.
     """
     if pose not in POSES:
         raise ValueError(f"pose must be one of {POSES}, got {pose!r}")
     walk = _Walk(clip, assignment, skeleton, sigma, pose == "triad")
     for segment in skeleton.segments:
         walk.visit(segment)
+    if skeleton.joints and not any(joint.fitted for joint in walk.joints):
+        reasons = listed(dict.fromkeys(joint.reason for joint in walk.joints))
+        raise FitError(f"{clip.name}: no joint can be fitted: {reasons}")
     return SkeletonFit(
         clip=clip.name,
         subject=assignment.subject,
@@ -178,6 +182,9 @@ class _Walk:
         unfitted = [f"{j.joint} ({j.reason})" for j in self.joints if not j.fitted]
         if unfitted:
             found.append(f"joints not fitted: {listed(unfitted, 20)}")
+        unknown = [j.joint for j in self.joints if j.fitted and j.determined == "no"]
+        if unknown:
+            found.append(f"place holders, no joint centres (known: no): {listed(unknown, 20)}")
         return found + self.notes
 
     def visit(self, segment: Segment) -> None:

@@ -11,6 +11,7 @@ from mocap_skel.shape import Shape
 from mocap_skel.spherefit import (
     Moments,
     SphereFit,
+    allowed_sigma,
     centre_covariance,
     coverage_angle,
     effective_counts,
@@ -19,11 +20,15 @@ from mocap_skel.spherefit import (
     sphere_moments,
 )
 
-# Verdicts (`_verdict`). At 3 the noise is a tenth of the variance in the weakest direction, so that
+# Verdicts (`_shown`). At 3 the noise is a tenth of the variance in the weakest direction, so that
 # an error of half in the noise level moves the centre by a twentieth of its distance.
 SAFE_RATIO = 3.0
-# Metres: a standard error above it is no joint centre that a lab would publish.
+# Metres: a standard error above it is no joint centre that a lab would publish, and skin moves by less
+# than such a residual.
 SAFE_ERROR = 0.01
+SAFE_RESIDUAL = 0.01
+# Metres: skin on a person who stands still moves that much, however smooth the clip.
+LEAST_SPREAD = 0.003
 VERDICTS = ("no", "weak", "yes")
 # _CROSS[j] @ v is the j-th unit vector × v.
 _CROSS = np.array(
@@ -38,14 +43,12 @@ LEAST_SAMPLES = 4
 
 
 @dataclass(frozen=True)
-class JointFit:
-    """A joint centre, constant in its parent's frame, with the evidence for it. Lengths in metres.
+class CentreFit:
+    """A common centre of markers in another segment's frame, with the evidence for it. Metres.
 
     Attributes:
-        joint, parent, child: names; the joint links the two segments.
         centre: (3,) c̃ in the parent's frame; NaN for a joint that could not be fitted.
         covariance: (3, 3) of the centre, in the parent's frame.
-        markers: the child's markers that were used.
         samples: marker samples used, all markers together.
         effective: how many of them are independent.
         radius: (M,) distance of each marker from the centre.
@@ -59,15 +62,10 @@ class JointFit:
         axis: (3,) in the parent's frame: a hinge's axis, otherwise the direction that is most square to
             the lines from the centre to the markers.
         hinge: whether one direction, and only one, was left out: the joint turns about it.
-        track: (frames, 3) the centre in the lab.
     """
 
-    joint: str
-    parent: str
-    child: str
     centre: Array
     covariance: Array
-    markers: tuple[str, ...]
     samples: int
     effective: float
     radius: Array
@@ -80,7 +78,6 @@ class JointFit:
     method: str
     axis: Array
     hinge: bool
-    track: Array
 
     @property
     def fitted(self) -> bool:
@@ -90,6 +87,23 @@ class JointFit:
     def standard_error(self) -> Array:
         """(3,) metres, along the axes of the parent's frame."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+
+@dataclass(frozen=True)
+class JointFit(CentreFit):
+    """A joint: the centre that links two segments.
+
+    Attributes:
+        joint, parent, child: names.
+        markers: the child's markers that were used.
+        track: (frames, 3) the centre in the lab.
+    """
+
+    joint: str
+    parent: str
+    child: str
+    markers: tuple[str, ...]
+    track: Array
 
 
 @dataclass(frozen=True)
@@ -111,30 +125,11 @@ def unfitted(joint: str, parent: str, child: str, frames: int, reason: str) -> J
     """A joint of which nothing is known."""
     nothing = float("nan")
     return JointFit(
-        joint, parent, child, np.full(3, nothing), np.full((3, 3), nothing), (), 0, 0.0,
-        np.empty(0), nothing, nothing, nothing, nothing, "no", reason, "", np.full(3, nothing),
-        False, np.full((frames, 3), nothing),
+        centre=np.full(3, nothing), covariance=np.full((3, 3), nothing), samples=0, effective=0.0,
+        radius=np.empty(0), residual=nothing, sigma=nothing, weakest_sd=nothing, angle=nothing,
+        determined="no", reason=reason, method="", axis=np.full(3, nothing), hinge=False,
+        joint=joint, parent=parent, child=child, markers=(), track=np.full((frames, 3), nothing),
     )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class CentreFit:
-    """The numbers of a joint without its names; see `JointFit` for the meaning of each."""
-
-    centre: Array
-    covariance: Array
-    samples: int
-    effective: float
-    radius: Array
-    residual: float
-    sigma: float
-    weakest_sd: float
-    angle: float
-    determined: str
-    reason: str
-    method: str
-    axis: Array
-    hinge: bool
 
 
 def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> CentreFit | None:
@@ -163,31 +158,30 @@ def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> C
     eye = np.broadcast_to(np.eye(3), (inside.shape[1], 3, 3))
     lever = _Lever.of(frame)
     leverage = np.zeros_like(eye) if lever is None else lever.covariance(moments)
-    skew = 0.0 if lever is None else sigma**2 * lever.third_moment(moments, inside)
-    # Each joint uses the clip's measured noise, but never more than its own points' residual shows.
-    fit = sgdk(replace(moments, third=moments.third - skew), sigma, eye + leverage)
+    # Each joint uses the clip's measured noise, but never more than its own points' residual shows:
+    # one level for all that is taken away.
+    level = min(sigma, float(allowed_sigma(moments, eye + leverage)))
+    skew = 0.0 if lever is None else level**2 * lever.third_moment(moments, inside)
+    fit = sgdk(replace(moments, third=moments.third - skew), level, eye + leverage)
     away = np.linalg.norm(inside - fit.centre, axis=-1)
     seen = np.isfinite(away)
     counts = seen.sum(axis=0)
-    mean = np.where(seen, away, 0.0).sum(axis=0) / np.maximum(counts, 1)
-    errors = away - mean
+    errors = away - np.where(seen, away, 0.0).sum(axis=0) / np.maximum(counts, 1)
     effective = effective_counts(errors)
     residual = float(np.sqrt((np.where(seen, errors, 0.0) ** 2).sum() / counts.sum()))
     # Skin movement is not independent of the joint's, so it is nothing to take away; but spread that
     # it alone would make, with the segments' rigid residuals as its size, proves nothing.
     skin = frame.shape.sigma if frame.shape else own_sigma
     frame_noise = own_sigma**2 * eye + skin**2 * leverage
-    covariance = _covariance(moments, fit, effective, sigma, frame_noise)
-    weakest = float(np.sqrt(max(float(fit.spread[0]), 0.0)))
+    weakest = float(np.sqrt(max(float(fit.spread.min()), 0.0)))
     rank = int(fit.rank)
+    shown = _shown(rank, weakest, residual, _spread_over_noise(moments, frame_noise))
+    covariance = _covariance(moments, fit, effective, sigma, frame_noise, shown[0] == "yes")
+    error = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+    # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     determined, reason = min(
-        _verdict(
-            rank,
-            weakest,
-            residual,
-            _spread_over_noise(moments, frame_noise),
-            float(np.sqrt(np.linalg.eigvalsh(covariance)[-1])),
-        ),
+        shown,
+        _trusted(residual, error),
         (frame.limit, frame.doubt),
         key=lambda verdict: VERDICTS.index(verdict[0]),
     )
@@ -292,22 +286,29 @@ def _spread_over_noise(moments: Moments, noise: Array) -> float:
 
 
 def _covariance(
-    moments: Moments, fit: SphereFit, effective: Array, sigma: float, frame_noise: Array
+    moments: Moments,
+    fit: SphereFit,
+    effective: Array,
+    sigma: float,
+    frame_noise: Array,
+    shown: bool,
 ) -> Array:
     """Covariance of the centre: the data-based bound, from what the motion alone has spread."""
     values, vectors = np.linalg.eigh(moments.covariance - frame_noise)
     moved = np.einsum("pdk,pk,pek->pde", vectors, np.maximum(values, 0.0), vectors)
-    residual = np.maximum(radial_variance(moments, fit), sigma**2)
-    # The joint is on the parent too: it lies no farther from the markers than the parent's origin. The
-    # fitted radius would not do, for joints that hardly move it comes out near zero.
+    # What was not solved is not known, whatever the noise spreads there.
+    solved = fit.axes[:, 3 - int(fit.rank) :]
+    moved = solved @ (solved.T @ moved @ solved) @ solved.T
+    # The joint is on the parent too: it lies no farther from the markers than the parent's origin. For
+    # joints that hardly move the fitted radius comes out near zero and would feign certainty.
     reach = _root_mean_square(np.linalg.norm(moments.mean, axis=1))
-    return centre_covariance(moved, effective, fit.radius, residual, reach)
+    radius = fit.radius if shown else np.maximum(fit.radius, reach)
+    residual = np.maximum(radial_variance(moments, fit), sigma**2)
+    return centre_covariance(moved, effective, radius, residual, reach)
 
 
-def _verdict(
-    rank: int, weakest: float, residual: float, over_noise: float, error: float
-) -> tuple[str, str]:
-    """Whether the motion shows the joint, and in plain words why not.
+def _shown(rank: int, weakest: float, residual: float, over_noise: float) -> tuple[str, str]:
+    """Whether the movement shows the joint, and in plain words why not.
 
     The thesis's criterion, σ < √λ_min, with the noise that is really there: the radial residual, and
     the spread that the parent's own frame noise makes out of nothing.
@@ -318,10 +319,22 @@ def _verdict(
         return "no", "moves along one line only"
     if rank == 2:
         return "no", "turns about one axis only: not known along it"
+    if weakest < LEAST_SPREAD:
+        return "no", f"moves only {1e3 * weakest:.1f} mm in one direction: skin alone does that"
     if weakest <= residual or over_noise <= np.sqrt(2.0):
         return "no", "moves less than its noise in one direction"
     if weakest <= SAFE_RATIO * residual or over_noise <= SAFE_RATIO:
         return "weak", f"moves only {100 * weakest:.1f} cm in one direction, little above its noise"
+    return "yes", ""
+
+
+def _trusted(residual: float, error: float) -> tuple[str, str]:
+    """Whether the numbers of a joint that was shown deserve trust."""
+    if residual > SAFE_RESIDUAL:
+        return "weak", (
+            f"its markers do not keep their distance ({100 * residual:.1f} cm): swapped or wrongly "
+            "assigned?"
+        )
     if error > SAFE_ERROR:
         return "weak", f"standard error {100 * error:.1f} cm in one direction"
     return "yes", ""

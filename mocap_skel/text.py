@@ -31,6 +31,11 @@ def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | Non
     return f"did you mean {' or '.join(found)}?" if found else None
 
 
+def counted(count: int, noun: str) -> str:
+    """A number with its noun: 1 label, 2 labels."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def listed(names: Iterable[str], most: int = 8) -> str:
     """Names as a comma-separated text, a long list cut short."""
     items = list(names)

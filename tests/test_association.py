@@ -61,7 +61,7 @@ def test_a_file_maps_labels_to_standard_markers_on_their_segments(write):
 @pytest.mark.parametrize(
     ("line", "column", "what"),
     [
-        ("LFWT", 1, "1 words where LABEL MARKER"),
+        ("LFWT", 1, "1 word where LABEL MARKER"),
         ("A B C D E", 7, "5 words where LABEL MARKER"),
         ("LFWT LFTW", 6, "'LFTW' is no marker of the skeleton 'human'"),
         ("X1 X1 UperLeftLeg", 7, "'UperLeftLeg' is no segment"),

@@ -66,6 +66,8 @@ def test_a_dash_sends_one_clips_format_to_standard_output(tmp_path):
     assert files(tmp_path) == []
     both = run("fit", STILL, ROM, "--assoc", "cmu", "-o", "-", cwd=tmp_path)
     assert (both.returncode, both.stdout) == (2, "")
+    for more in (["--json"], ["--format", "csv", "--format", "bvh"]):
+        assert run("fit", STILL, "--assoc", "cmu", "-o", "-", *more, cwd=tmp_path).returncode == 2
     two = run("fit", SAMPLES / "two_dancers.c3d", "--assoc", "cmu", "-o", "-", cwd=tmp_path)
     assert (two.returncode, two.stdout) == (2, "")
     assert "--subject: Anna, Ben" in two.stderr
@@ -135,7 +137,7 @@ def test_nothing_fitted_is_3_and_leaves_nothing_behind(tmp_path):
         (["fit", ROM, "--assoc", "cmu", "--format", "fbx"], "'fbx' is not one of"),
         (["fit", ROM, ROM, "--assoc", "cmu"], "would write the same files"),
         (["fti"], "No such command"),
-        (["inspect", ROM, "--assoc", "cmu", "--rate", "0"], "a frame rate is a number above 0"),
+        (["inspect", ROM, "--assoc", "cmu", "--rate", "0"], "a frame rate is a number from 0.01"),
     ],
 )
 def test_a_wrong_call_is_2_with_one_clear_message(tmp_path, arguments, what):
@@ -160,6 +162,81 @@ def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
     done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True)
     assert done.stdout.startswith("frame,time,")
     assert done.stderr == ""
+
+
+def shell(command, cwd):
+    command = command.replace("mocap-skel", f"{sys.executable} -m mocap_skel")
+    return subprocess.run(
+        command, shell=True, executable="/bin/bash", cwd=cwd, capture_output=True, text=True
+    )
+
+
+def test_a_table_that_nobody_reads_does_not_stop_the_work(tmp_path):
+    command = f"mocap-skel fit {STILL} {ROM} --assoc cmu -q | true; exit ${{PIPESTATUS[0]}}"
+    done = shell(command, tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert len(files(tmp_path)) == 4
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+def test_an_output_that_cannot_be_written_is_one_line(tmp_path):
+    done = shell(f"mocap-skel fit {STILL} --assoc cmu -q -o - > /dev/full", tmp_path)
+    assert done.returncode == 1
+    assert done.stderr == "mocap-skel: error: standard output: No space left on device\n"
+
+
+def test_a_truncated_clip_without_a_joint_is_no_success(tmp_path):
+    short = tmp_path / "short.c3d"
+    short.write_bytes(ROM.read_bytes()[:3000])
+    done = run("fit", short, "--assoc", "cmu", cwd=tmp_path)
+    assert done.returncode == 3
+    assert files(tmp_path) == ["short.c3d"]
+
+
+def test_a_subject_that_cannot_be_fitted_is_a_failure_even_in_silence(tmp_path):
+    whole = (ROOT / "association_files" / "cmu.txt").read_text()
+    hips = whole.replace("LFWT  LFWT", "Anna:LFWT  LFWT").replace("RFWT  RFWT", "Anna:RFWT  RFWT")
+    (tmp_path / "map.txt").write_text(hips)
+    clip = SAMPLES / "two_dancers.c3d"
+    done = run("fit", clip, "--assoc", "map.txt", "-q", "-o", "out", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "Ben: " in done.stderr and "root segment Hips needs three markers" in done.stderr
+    assert files(tmp_path / "out") == [
+        "two_dancers.Anna.joints.csv",
+        "two_dancers.Anna.skeleton.csv",
+    ]
+
+
+def test_one_call_never_replaces_its_own_results(tmp_path):
+    shutil.copy(SAMPLES / "two_dancers.c3d", tmp_path / "a.c3d")
+    shutil.copy(STILL, tmp_path / "a.Anna.c3d")
+    done = run("fit", "a.c3d", "a.Anna.c3d", "--assoc", "cmu", "--overwrite", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "is the result of another clip" in done.stderr
+    assert len((tmp_path / "a.Anna.skeleton.csv").read_text().splitlines()) == 701
+
+
+def test_swapped_markers_are_not_called_known(tmp_path):
+    text = (ROOT / "association_files" / "cmu.txt").read_text()
+    swapped = text.replace("LTHI  LTHI", "RTHI  LTHI").replace("RTHI  RTHI", "LTHI  RTHI")
+    (tmp_path / "map.txt").write_text(swapped)
+    done = run("fit", ROM, "--assoc", "map.txt", "--json", cwd=tmp_path)
+    rows = {row["joint"]: row for row in map(json.loads, done.stdout.splitlines())}
+    for joint in ("LeftHip", "RightHip"):
+        assert rows[joint]["determined"] == "weak"
+        assert "swapped or wrongly assigned?" in rows[joint]["reason"]
+
+
+def test_a_wrong_sigma_cannot_run_away(tmp_path):
+    run("fit", ROM, "--assoc", "cmu", "-o", "right", cwd=tmp_path)
+    run("fit", ROM, "--assoc", "cmu", "-o", "wrong", "--sigma", "5mm", cwd=tmp_path)
+    right, wrong = (
+        np.genfromtxt(tmp_path / folder / "range_of_motion.skeleton.csv", delimiter=",", names=True)
+        for folder in ("right", "wrong")
+    )
+    for name in right.dtype.names[2:44]:
+        # 4 mm: what five times the noise does to a knee that is capped by its own residual.
+        assert np.abs(right[name] - wrong[name]).max() < 0.008, name
 
 
 def test_an_interrupt_is_130(tmp_path):
@@ -222,7 +299,7 @@ def test_inspect_shows_what_is_in_a_clip(tmp_path):
     assert done.returncode == 0
     assert "1440 frames at 60 Hz, first frame 1, unit mm, z up" in done.stdout
     assert re.search(r"^- +LTHI +100\.0 % +LTHI +UpperLeftLeg$", done.stdout, re.M)
-    assert "labels are not in the clip: LFRA (line" in done.stdout
+    assert "labels not in the clip: LFRA (line" in done.stdout
 
 
 def test_inspect_as_json(tmp_path):
@@ -232,6 +309,21 @@ def test_inspect_as_json(tmp_path):
     assert (facts["frames"], facts["first_frame"], facts["rate"]) == (700, 101, 50.0)
     assert len(facts["markers"]) == 82
     assert "marker" not in facts["markers"][0]
+
+
+def test_inspect_is_the_place_to_see_why_nothing_matches(tmp_path):
+    (tmp_path / "map.txt").write_text("X LFWT\n")
+    done = run("inspect", STILL, "--assoc", "map.txt", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "no label of the clip is in map.txt" in done.stdout
+    assert "LFHD" in done.stdout
+
+
+def test_inspect_refuses_an_unknown_subject(tmp_path):
+    clip = SAMPLES / "two_dancers.c3d"
+    done = run("inspect", clip, "--subject", "Bem", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "did you mean Ben?" in done.stderr
 
 
 @pytest.mark.parametrize("command", [[], ["fit"], ["inspect"]])

@@ -21,7 +21,7 @@ COMMANDS = {
 NOTHING_FITTED = 3
 USAGE = 2
 INTERRUPTED = 130
-BUG = 1
+FAILED = 1
 
 
 class _Commands(click.Group):
@@ -75,20 +75,39 @@ def main(arguments: list[str] | None = None) -> None:
     except MocapSkelError as error:
         complain(error)
         code = USAGE if isinstance(error, CallError) else NOTHING_FITTED
-    except BrokenPipeError:
-        # The reader of our output has seen enough; Python would complain once more while exiting.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 0
+    except OSError as error:
+        # Whatever reads or writes files turns its errors into ours; what is left is standard output.
+        if not isinstance(error, BrokenPipeError):
+            click.echo(f"mocap-skel: error: standard output: {error.strerror}", err=True)
+        _close_output()
+        code = 0 if isinstance(error, BrokenPipeError) else FAILED
     except Exception as error:  # the last door: anything else is our mistake
-        if debug:
-            traceback.print_exc()
-        click.echo(
-            f"mocap-skel: this is a bug: {type(error).__name__}: {error}\n"
-            "  please report it with the output of the same command after 'mocap-skel --debug'",
-            err=True,
-        )
-        code = BUG
+        complain(bug(error, debug))
+        code = FAILED
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def say(text: str, *, nl: bool = True) -> None:
+    """Print to standard output; a reader that has seen enough is no error and stops no work."""
+    try:
+        click.echo(text, nl=nl)
+    except BrokenPipeError:
+        _close_output()
+
+
+def _close_output() -> None:
+    # Python would complain once more while it flushes a broken stream at exit.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def bug(error: Exception, debug: bool) -> MocapSkelError:
+    """An error that nobody raised on purpose, as one that can be shown; with the traceback if asked."""
+    if debug:
+        traceback.print_exception(error)
+    return MocapSkelError(
+        f"this is a bug: {type(error).__name__}: {' '.join(str(error).split())}",
+        "please report it with the output of the same command after 'mocap-skel --debug'",
+    )
 
 
 def complain(error: MocapSkelError) -> None:

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mocap_skel.cli import NOTHING_FITTED, USAGE, complain, options
-from mocap_skel.errors import CallError, ClipError, MocapSkelError
+from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, options, say
+from mocap_skel.errors import CallError, MocapSkelError
 
 if TYPE_CHECKING:
-    from mocap_skel.batch import Done, Job
+    from mocap_skel.batch import Done
 
 FORMATS = ("csv", "bvh")
-SOME_FAILED = 1
 
 
 @click.command(
@@ -83,11 +82,13 @@ def command(
             "shipped: --assoc cmu, --assoc plug_in_gait; mocap-skel inspect shows a clip's labels",
         )
     to_stdout = output == "-"
-    if to_stdout and len(clips) > 1:
-        raise CallError("-o - takes one clip", "give a folder for several")
+    if to_stdout and (len(clips) > 1 or len(set(formats)) > 1 or as_json):
+        raise CallError(
+            "-o - sends one clip in one format and nothing else", "give a folder for more"
+        )
     _check_names(clips)
     from mocap_skel.association import read_association
-    from mocap_skel.batch import Job
+    from mocap_skel.batch import Job, process
     from mocap_skel.export import Options
 
     job = Job(
@@ -102,30 +103,45 @@ def command(
         rate=rate,
         options=Options(up, trim),
     )
+    debug = bool(click.get_current_context().find_root().obj)
     failures: list[MocapSkelError] = []
+    written: set[Path] = set()
     for clip in _progress(clips):
         try:
-            _one(clip, job, as_json, quiet)
+            done = process(clip, job, written)
         except MocapSkelError as error:
-            complain(error)
             failures.append(error)
+            complain(error)
+            continue
         except Exception as error:  # one clip's trouble must not take the others with it
-            if click.get_current_context().find_root().obj:
-                raise
-            failures.append(
-                ClipError(f"{clip}: this is a bug: {type(error).__name__}: {error}", "see --debug")
-            )
+            failures.append(bug(error, debug))
             complain(failures[-1])
+            continue
+        failures += done.failed
+        for failure in done.failed:
+            complain(failure)
+        if not quiet:
+            for note in done.notes:
+                click.echo(f"mocap-skel: {clip}: {note}", err=True)
+        if to_stdout:
+            _send(clip, done)
+            return FAILED if failures else 0
+        written |= set(done.files)
+        if as_json:
+            _print_json(clip, done)
+        else:
+            _print_tables(clip, done)
     if not failures:
         return 0
-    if len(failures) < len(clips):
-        click.echo(f"mocap-skel: {len(failures)} of {len(clips)} clips failed", err=True)
-        return SOME_FAILED
+    if written:
+        if len(clips) > 1:
+            click.echo(f"mocap-skel: {len(failures)} of {len(clips)} clips failed", err=True)
+        return FAILED
     return USAGE if all(isinstance(e, CallError) for e in failures) else NOTHING_FITTED
 
 
 def _check_names(clips: tuple[Path, ...]) -> None:
-    """Two clips of one name would write the same files."""
+    """Two clips of one name would write the same files: better said before any work."""
     seen: dict[str, Path] = {}
     for clip in clips:
         if clip.stem in seen:
@@ -144,23 +160,11 @@ def _progress(clips: tuple[Path, ...]) -> Iterable[Path]:
     return tqdm(clips, unit="clip", file=sys.stderr)
 
 
-def _one(path: Path, job: Job, as_json: bool, quiet: bool) -> None:
-    """One clip: process it, notes to standard error, its table or its contents to standard output."""
-    from mocap_skel.batch import process
-
-    done = process(path, job)
-    if not quiet:
-        for note in done.notes:
-            click.echo(f"mocap-skel: {path}: {note}", err=True)
-    if job.folder is None:
-        if len(done.fits) > 1:
-            names = ", ".join(fit.subject for fit in done.fits)
-            raise CallError(f"{path}: -o - takes one subject", f"choose with --subject: {names}")
-        click.echo(next(iter(done.files.values())), nl=False)
-    elif as_json:
-        _print_json(path, done)
-    else:
-        _print_tables(path, done)
+def _send(path: Path, done: Done) -> None:
+    if len(done.fits) > 1:
+        names = ", ".join(fit.subject for fit in done.fits)
+        raise CallError(f"{path}: -o - takes one subject", f"choose with --subject: {names}")
+    say(next(iter(done.files.values())), nl=False)
 
 
 def _print_json(path: Path, done: Done) -> None:
@@ -169,12 +173,12 @@ def _print_json(path: Path, done: Done) -> None:
     for fit in done.fits:
         for joint in fit.joints:
             row = {"clip": str(path), "subject": fit.subject, **joint_row(joint)}
-            click.echo(json.dumps(row, allow_nan=False))
+            say(json.dumps(row, allow_nan=False))
 
 
 def _print_tables(path: Path, done: Done) -> None:
     from mocap_skel.report.terminal import joint_table
 
     for fit in done.fits:
-        click.echo(joint_table(fit, str(path)))
-    click.echo(f"wrote {', '.join(str(file) for file in done.files)}")
+        say(joint_table(fit, str(path)))
+    say(f"wrote {', '.join(str(file) for file in done.files)}")

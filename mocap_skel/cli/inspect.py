@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mocap_skel.cli import options
+from mocap_skel.cli import options, say
 
 if TYPE_CHECKING:
+    from mocap_skel.association import Assignment
     from mocap_skel.clip import Clip
 
 
@@ -35,20 +36,28 @@ def command(
 
     With --assoc also which marker of which segment each label is, and what does not match.
     """
-    from mocap_skel.association import associate, read_association
+    from mocap_skel.association import associate, check_subject, read_association
+    from mocap_skel.errors import ClipError
     from mocap_skel.inspection import marker_rows
     from mocap_skel.readers import read_clip
     from mocap_skel.report.terminal import clip_table
 
     known = None if association is None else read_association(association, skeleton)
     read = read_clip(clip, unit=unit, rate=rate)
-    matched = () if known is None else associate(read, known, subject)
-    mismatches = [] if known is None else [n for m in matched for n in m.mismatches(known)]
+    check_subject(read, subject)
+    matched: tuple[Assignment, ...] = ()
+    mismatches: list[str] = []
+    if known is not None:
+        try:
+            matched = associate(read, known, subject)
+            mismatches = [note for match in matched for note in match.mismatches(known)]
+        except ClipError as error:  # nothing matches, and this is the place to see why
+            mismatches = [error.message]
     rows = [row for row in marker_rows(read, matched) if subject in (None, row["subject"])]
     if as_json:
-        click.echo(json.dumps({**_facts(read), "markers": rows, "mismatches": mismatches}))
+        say(json.dumps({**_facts(read), "markers": rows, "mismatches": mismatches}))
     else:
-        click.echo("\n".join([clip_table(read, rows), *mismatches]))
+        say("\n".join([clip_table(read, rows), *mismatches]))
     return 0
 
 

@@ -15,6 +15,10 @@ _LENGTH = re.compile(r"\s*([0-9.]+(?:e[+-]?\d+)?)\s*(mm|cm|dm|m)?\s*", re.IGNORE
 _METRES = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0}
 
 
+# Metres: the lengths that people give here are those of noise.
+LONGEST = 0.1
+
+
 class Length(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.2 on only
     """A length with its unit, as metres."""
 
@@ -28,9 +32,9 @@ class Length(click.ParamType):  # type: ignore[type-arg]  # generic from click 8
             metres = float(found[1]) * _METRES[(found[2] or "").lower()] if found else -1.0
         except (KeyError, ValueError):
             metres = -1.0
-        if metres < 0:
+        if not 0 <= metres < LONGEST:
             self.fail(
-                f"{value!r} is no length; give it with its unit, like 1mm or 0.1cm", param, ctx
+                f"{value!r} is no length here; give it with its unit, like 1mm or 0.1cm", param, ctx
             )
         return metres
 
@@ -42,7 +46,7 @@ clip = click.argument("clip", metavar="CLIP.c3d", type=click.Path(path_type=Path
 association = click.option(
     "--assoc", "-a", "association", metavar="MAP",
     help="Association file: which label is which marker. A path, or a shipped one by name: cmu, "
-    "plug_in_gait.",
+    "plug_in_gait, plug_in_gait_clusters.",
 )  # fmt: skip
 skeleton = click.option(
     "--skeleton", metavar="FILE", help="Skeleton file to use in place of the association file's."

@@ -38,4 +38,3 @@ def _bvh(fit: SkeletonFit, options: Options) -> Rendered:
 
 
 WRITERS: dict[str, Callable[[SkeletonFit, Options], Rendered]] = {"csv": _csv, "bvh": _bvh}
-SUFFIXES = {"csv": (".skeleton.csv", ".joints.csv"), "bvh": (".bvh",)}

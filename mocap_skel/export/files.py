@@ -25,7 +25,7 @@ def check_free(paths: list[Path], overwrite: bool) -> None:
     """
     for path in paths:
         try:
-            folder, there = path.is_dir(), path.exists()
+            folder, there = path.is_dir(), os.path.lexists(path)
         except OSError as error:
             raise OutputError(f"{path}: {error.strerror}") from error
         if folder:
@@ -41,7 +41,7 @@ def write_all(contents: Mapping[Path, str], overwrite: bool) -> None:
         OutputError: one exists already, or cannot be written; then none is there that was not before.
     """
     check_free(list(contents), overwrite)
-    new = [path for path in contents if not path.exists()]
+    new = [path for path in contents if not os.path.lexists(path)]
     done = False
     ready: list[tuple[Path, Path]] = []
     try:

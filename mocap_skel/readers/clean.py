@@ -67,8 +67,8 @@ def _missing(
 
 
 def _rate(raw: RawClip, rate: float | None) -> float:
-    if rate is not None and not (np.isfinite(rate) and rate > 0):
-        raise CallError(f"a frame rate is a number above 0, not {rate}")
+    if rate is not None and not 0.01 <= rate <= 1e5:
+        raise CallError(f"a frame rate is a number from 0.01 to 100000, not {rate:g}")
     found = raw.rate if rate is None else rate
     if not (np.isfinite(found) and found > 0):
         raise ClipError(f"{raw.path}: no frame rate in it", "give it with --rate")

@@ -45,21 +45,18 @@ def scale(points: NDArray[np.float64], unit: str | None, raw: RawClip, notes: li
     Raises:
         CallError: `unit` is no length unit.
     """
-    if unit is not None:
-        asked = metres_in(unit)
-        if asked is None:
-            raise CallError(f"{unit!r} is no length unit", "use mm, cm, dm, m, in or ft")
-        return asked
-    said = next(iter(texts(raw.parameters["POINT"], "UNITS")), "")
-    size = _size(points)
+    said = next(iter(texts(raw.parameters["POINT"], "UNITS")), "") if unit is None else unit
     stated = metres_in(said)
+    if unit is not None and stated is None:
+        raise CallError(f"{unit!r} is no length unit", "use mm, cm, dm, m, in or ft")
+    size = _size(points)
     if stated is None:
         return _by_size(size, f"unit {said!r} is unknown" if said else "no unit in the file", notes)
     # From two markers of a finger to a football field.
     if size and not 0.02 < size * stated < 100.0:
         notes.append(
-            f"the markers span {size * stated:.3g} m if the unit is {said!r} as the file says; "
-            "if that cannot be, give --unit"
+            f"the markers span {size * stated:.3g} m if the unit is {said!r} as the "
+            f"{'file' if unit is None else 'call'} says; if that cannot be, give another --unit"
         )
     return stated
 

@@ -35,10 +35,10 @@ def joint_table(fit: SkeletonFit, clip: str) -> str:
     """One line a joint with its evidence; the standard error is that of the worst direction."""
     who = f" {fit.subject}" if fit.subject else ""
     verdicts = Counter(joint.determined for joint in fit.joints if joint.fitted)
-    counts = ", ".join(f"{verdicts[v]} {v}" for v in ("yes", "weak", "no") if verdicts[v])
+    counts = ", ".join(f"{verdicts[v]} {v}" for v in ("yes", "weak", "no"))
     head = (
         f"{clip}{who}: {len(fit.frame_numbers)} frames at {fit.rate:g} Hz, "
-        f"{sum(verdicts.values())} of {len(fit.joints)} joints fitted ({counts or 'none'}), "
+        f"{sum(verdicts.values())} of {len(fit.joints)} joints fitted; known: {counts}; "
         f"marker noise {1e3 * fit.sigma:.2f} mm"
     )
     rows = [_joint_cells(joint) for joint in fit.joints]

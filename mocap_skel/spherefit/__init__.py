@@ -4,6 +4,7 @@ from mocap_skel.spherefit.bounds import centre_covariance, coverage_angle, effec
 from mocap_skel.spherefit.estimators import (
     DegenerateSphereError,
     SphereFit,
+    allowed_sigma,
     gdke,
     mgdk,
     pratt,
@@ -17,6 +18,7 @@ __all__ = [
     "DegenerateSphereError",
     "Moments",
     "SphereFit",
+    "allowed_sigma",
     "centre_covariance",
     "coverage_angle",
     "effective_counts",

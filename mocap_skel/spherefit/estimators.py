@@ -145,9 +145,7 @@ def sgdk(m: Moments, sigma: ArrayLike | None = None, shape: ArrayLike | None = N
     if bool((m.count.max(axis=-1) < 2).any()):
         raise DegenerateSphereError("a sphere fit needs points, and there are fewer than two")
     system = _pool(m, shape)
-    # Pratt's noise is the same in all directions, so it bounds what the shape has in all.
-    everywhere = np.linalg.eigvalsh(system.noise)[..., 0]
-    noise = _pratt_noise(system) / np.where(everywhere > 0, everywhere, 1.0)
+    noise = _allowed_noise(system)
     if sigma is not None:
         noise = np.minimum(np.asarray(sigma, dtype=np.float64) ** 2, noise)
     signal, axes = np.linalg.eigh(system.covariance - noise[..., None, None] * system.noise)
@@ -157,6 +155,19 @@ def sgdk(m: Moments, sigma: ArrayLike | None = None, shape: ArrayLike | None = N
     axes = np.take_along_axis(axes, order[..., None, :], axis=-1)
     above = (signal > still) & (signal > system.floor[..., None])
     return _finish(m, system, noise, shape, signal, axes, above, alone)
+
+
+def allowed_sigma(m: Moments, shape: ArrayLike | None = None) -> Array:
+    """The largest noise standard deviation (...) that the points' own residual bears, metres.
+
+    Pratt's noise is the same in all directions, so it bounds what the shape has in all of them.
+    """
+    return np.asarray(np.sqrt(_allowed_noise(_pool(_with_marker_axis(m)[0], shape))))
+
+
+def _allowed_noise(system: _System) -> Array:
+    everywhere = np.linalg.eigvalsh(system.noise)[..., 0]
+    return np.asarray(_pratt_noise(system) / np.where(everywhere > 0, everywhere, 1.0))
 
 
 def _pratt_noise(system: _System) -> Array:
