@@ -20,7 +20,7 @@ from mocap_skel.text import listed
 POSES = ("least-squares", "triad")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SegmentFit:
     """A segment's pose in every frame and the points fixed in it. Metres.
 
@@ -39,7 +39,7 @@ class SegmentFit:
     end: Array | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SkeletonFit:
     """A skeleton moving through a clip. Metres, in the clip's own axes.
 

@@ -42,7 +42,7 @@ _CROSS = np.array(
 LEAST_SAMPLES = 4
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CentreFit:
     """A common centre of markers in another segment's frame, with the evidence for it. Metres.
 
@@ -89,7 +89,7 @@ class CentreFit:
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class JointFit(CentreFit):
     """A joint: the centre that links two segments.
 
@@ -106,7 +106,7 @@ class JointFit(CentreFit):
     track: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frame:
     """What a joint's fit has to know of its parent's frame.
 
@@ -160,7 +160,7 @@ def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> C
     leverage = np.zeros_like(eye) if lever is None else lever.covariance(moments)
     # Each joint uses the clip's measured noise, but never more than its own points' residual shows:
     # one level for all that is taken away.
-    level = min(sigma, float(allowed_sigma(moments, eye + leverage)))
+    level = float(allowed_sigma(moments, sigma, eye + leverage))
     skew = 0.0 if lever is None else level**2 * lever.third_moment(moments, inside)
     fit = sgdk(replace(moments, third=moments.third - skew), level, eye + leverage)
     away = np.linalg.norm(inside - fit.centre, axis=-1)
@@ -214,7 +214,7 @@ def _root_mean_square(lengths: Array) -> float:
     return float(np.sqrt(np.mean(lengths**2)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Lever:
     """What noise of the parent's markers does to a point in the parent's frame, for a σ of 1.
 
@@ -256,10 +256,11 @@ class _Lever:
         With e the noise at y = ȳ + d, E[S] gains E[d |e|²] + 2 E[e (e·d)]. For a turn about u, |e|² is
         |u × y|² and e (e·d) is (u × y)((u × ȳ)·d). Noise that is the same everywhere adds nothing.
         """
-        deviation = np.nan_to_num(inside - moments.mean)
-        along = deviation @ self.axes.T
+        deviation = inside - moments.mean
+        deviation[np.isnan(deviation)] = 0.0
+        along = (deviation.reshape(-1, 3) @ self.axes.T).reshape(deviation.shape)
         below = np.maximum(moments.count - 1.0, 1.0)[:, None, None]
-        squared = np.einsum("fmi,fmk->mki", deviation, along * along) / below
+        squared = (along * along).transpose(1, 2, 0) @ deviation.transpose(1, 0, 2) / below
         arm = np.einsum("kij,mj->mki", self.cross, moments.mean)
         # |u × y|² is y·(-[u]×²)y, and -[u]× (u × ȳ) is the part of ȳ across u.
         across = -np.einsum("kij,mkj->mki", self.cross, arm)

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 LINE = 0.05
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pose:
     """A segment's pose in every frame: rotation (frames, 3, 3), origin (frames, 3), metres."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from pathlib import Path
 
 from mocap_skel.errors import MocapSkelError
@@ -23,6 +22,8 @@ def read_text(path: Path, error: type[MocapSkelError]) -> str:
 
 def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | None:
     """A hint with the known names at least so much like this one (0 to 1), None without any."""
+    from difflib import get_close_matches  # only needed where something is wrong already
+
     names = list(known)
     folded: dict[str, str] = {}
     for candidate in names:

@@ -347,6 +347,20 @@ class TestVerdict:
         assert (found.determined, found.reason == "") == (verdict, verdict == "yes")
         assert word in found.reason
 
+    def test_a_residual_counts_whatever_the_noise_is_said_to_be(self):
+        points = on_sphere(np.radians(30), 500, np.random.default_rng(22), 0.008)
+        assert fit_centre(points, 0.001, 0.001, EXACT).determined == "weak"
+
+    def test_noise_of_the_frame_that_explains_the_spread_counts(self):
+        points = on_sphere(np.radians(30), 500, np.random.default_rng(23), 0.001)
+        # Along the cap's axis, where it spreads least (16 mm), the points are 0.2 m off the middle of
+        # the frame's markers, which stand 0.14 m around it: there noise of σ in them makes 1.3 σ.
+        verdicts = [
+            fit_centre(points, 0.001, 0.001, frame_on(sigma=skin)).determined
+            for skin in (0.0005, 0.005, 0.02)
+        ]
+        assert verdicts == ["yes", "weak", "no"]
+
     @pytest.mark.parametrize(("half_angle", "word"), [(40, "one axis"), (4, "one line")])
     def test_an_arc_does_not_show_a_centre(self, half_angle, word):
         # r (1 - cos θ) is 94 mm for the one, 1 mm for the other: no more than a line in noise of 2 mm.

@@ -22,7 +22,7 @@ SHORTEST_END = 1e-3
 _NO_GAPS = "a BVH cannot say that something is missing"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Node:
     """A joint of the file: it turns its segment about the joint towards the parent.
 

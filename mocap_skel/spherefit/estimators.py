@@ -20,7 +20,7 @@ class DegenerateSphereError(MocapSkelError, ValueError):
     """The points do not determine a sphere: too few, all equal, on a line, in a plane, or lost in noise."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SphereFit:
     """A fitted centre.
 
@@ -48,7 +48,7 @@ class SphereFit:
         return np.where((self.rank < dimension)[..., None], self.axes[..., :, 0], np.nan)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _System:
     """Σ_p (C_p - η N_p) (c - middle) = Σ_p [½ S_p + (C_p - η N_p) (x̄_p - middle)], still without η.
 
@@ -145,9 +145,7 @@ def sgdk(m: Moments, sigma: ArrayLike | None = None, shape: ArrayLike | None = N
     if bool((m.count.max(axis=-1) < 2).any()):
         raise DegenerateSphereError("a sphere fit needs points, and there are fewer than two")
     system = _pool(m, shape)
-    noise = _allowed_noise(system)
-    if sigma is not None:
-        noise = np.minimum(np.asarray(sigma, dtype=np.float64) ** 2, noise)
+    noise = _allowed_noise(system, sigma)
     signal, axes = np.linalg.eigh(system.covariance - noise[..., None, None] * system.noise)
     still = noise[..., None] * np.einsum("...dk,...de,...ek->...k", axes, system.noise, axes)
     order = np.argsort(signal / (still + system.floor[..., None]), axis=-1)
@@ -157,17 +155,44 @@ def sgdk(m: Moments, sigma: ArrayLike | None = None, shape: ArrayLike | None = N
     return _finish(m, system, noise, shape, signal, axes, above, alone)
 
 
-def allowed_sigma(m: Moments, shape: ArrayLike | None = None) -> Array:
-    """The largest noise standard deviation (...) that the points' own residual bears, metres.
+def allowed_sigma(m: Moments, sigma: ArrayLike, shape: ArrayLike | None = None) -> Array:
+    """Sigma (...), or the noise standard deviation that the points' own residual shows if that is less.
 
     Pratt's noise is the same in all directions, so it bounds what the shape has in all of them.
     """
-    return np.asarray(np.sqrt(_allowed_noise(_pool(_with_marker_axis(m)[0], shape))))
+    system = _pool(_with_marker_axis(m)[0], shape)
+    return np.asarray(np.sqrt(_allowed_noise(system, sigma)))
 
 
-def _allowed_noise(system: _System) -> Array:
+def _allowed_noise(system: _System, sigma: ArrayLike | None) -> Array:
+    """`allowed_sigma` squared; Pratt's noise itself without a sigma."""
     everywhere = np.linalg.eigvalsh(system.noise)[..., 0]
-    return np.asarray(_pratt_noise(system) / np.where(everywhere > 0, everywhere, 1.0))
+    everywhere = np.where(everywhere > 0, everywhere, 1.0)
+    if sigma is None:
+        return np.asarray(_pratt_noise(system) / everywhere)
+    wish = np.broadcast_to(np.asarray(sigma, dtype=np.float64) ** 2, system.square.shape)
+    lam, weight = _spectrum(system)
+    value, _ = _pratt_function(system, lam, weight, wish * everywhere)
+    # Left of the root the function is positive: no need to find it.
+    if bool(((value > 0) & (wish * everywhere < lam[..., 0])).all()):
+        return np.asarray(wish)
+    return np.asarray(np.minimum(wish, _pratt_noise(system) / everywhere))
+
+
+def _spectrum(system: _System) -> tuple[Array, Array]:
+    """Eigenvalues of C and the squared covariance of |x|² with each eigenvector's coordinate."""
+    lam, axes = np.linalg.eigh(system.covariance)
+    return lam, np.einsum("...dk,...d->...k", axes, 2 * system.cross) ** 2
+
+
+def _pratt_function(system: _System, lam: Array, weight: Array, eta: Array) -> tuple[Array, Array]:
+    """The function whose root is Pratt's noise, and its slope, at eta (...)."""
+    least = np.finfo(float).eps * lam[..., -1:] + np.finfo(float).tiny
+    gap = np.maximum(lam - eta[..., None], least)
+    part = weight / gap
+    value = system.square_variance - part.sum(axis=-1) - 4 * eta * (system.square + eta)
+    slope = -(part / gap).sum(axis=-1) - 4 * system.square - 8 * eta
+    return value, np.minimum(slope, -np.finfo(float).tiny)
 
 
 def _pratt_noise(system: _System) -> Array:
@@ -177,20 +202,15 @@ def _pratt_noise(system: _System) -> Array:
     the root of var f - Σ g_k²/(λ_k - η) - 4 η mean f - 4 η² in [0, λ_min), where the left side falls
     from its least-squares residual (≥ 0) to -∞.
     """
-    lam, axes = np.linalg.eigh(system.covariance)
-    weight = np.einsum("...dk,...d->...k", axes, 2 * system.cross) ** 2
+    lam, weight = _spectrum(system)
     low, high = np.zeros_like(system.square), np.maximum(lam[..., 0], 0.0)
     eta = low
-    least = np.finfo(float).eps * lam[..., -1:] + np.finfo(float).tiny
     # Newton's method on a falling concave function, kept inside its bracket by bisection: the pole
-    # at λ_min would throw a free step out. Eight steps are usual, 60 the bound of pure bisection.
+    # at λ_min would throw a free step out. A dozen steps are usual, 60 the bound of pure bisection.
     for _ in range(60):
-        gap = np.maximum(lam - eta[..., None], least)
-        part = weight / gap
-        value = system.square_variance - part.sum(axis=-1) - 4 * eta * (system.square + eta)
-        slope = -(part / gap).sum(axis=-1) - 4 * system.square - 8 * eta
+        value, slope = _pratt_function(system, lam, weight, eta)
         low, high = np.where(value > 0, eta, low), np.where(value > 0, high, eta)
-        step = eta - value / np.minimum(slope, -np.finfo(float).tiny)
+        step = eta - value / slope
         new = np.where((step > low) & (step < high), step, 0.5 * (low + high))
         done = bool((np.abs(new - eta) <= 1e-14 * high).all())
         eta = new
