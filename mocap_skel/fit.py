@@ -18,6 +18,8 @@ from mocap_skel.skeleton import Segment, Skeleton
 from mocap_skel.text import listed
 
 POSES = ("least-squares", "triad")
+# A marker nearer to its joint than so many radial residuals shows no direction.
+NO_DIRECTION = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,11 +282,26 @@ class _Walk:
     def _one_marker(self, segment: Segment, joint: JointFit, points: Array, axis: Array) -> None:
         """A segment of one marker (or of markers in line with the joint): case 3 throughout."""
         m = int(np.isfinite(points[..., 0]).sum(axis=0).argmax())
-        distance = np.linalg.norm(points[:, m] - joint.track, axis=1)
-        place, at = np.zeros(3), np.array([float(median(distance)), 0.0, 0.0])
-        pose = one_marker_pose(
-            points[:, m], joint.track, axis, place, at, np.array([0.0, 0.0, 1.0])
-        )
+        place = np.zeros(3)
+        distance = float(median(np.linalg.norm(points[:, m] - joint.track, axis=1)))
+        if distance < NO_DIRECTION * joint.residual:
+            # The line from joint to marker is noise; the parent's turn is the best that is known.
+            parent = self.segments[joint.parent].pose
+            seen = (parent.known & np.isfinite(points[:, m, 0]))[:, None]
+            pose = Pose(
+                np.where(seen[..., None], parent.rotation, np.nan),
+                np.where(seen, points[:, m], np.nan),
+            )
+            at = _middle(pose.to_segment(joint.track[:, None])[:, 0])
+            self.notes.append(
+                f"{segment.name} turns with {joint.parent}: its one marker is no farther from "
+                f"{joint.joint} than noise"
+            )
+        else:
+            at = np.array([distance, 0.0, 0.0])
+            pose = one_marker_pose(
+                points[:, m], joint.track, axis, place, at, np.array([0.0, 0.0, 1.0])
+            )
         name = list(self.markers[segment.name])[m]
         end = place if segment in self.skeleton.leaves else None
         if pose.known.any():

@@ -923,3 +923,14 @@ class TestRealClips:
         # The clip's description: elbows, hips and wrists hardly move.
         for name in ("Hip", "Elbow", "Wrist"):
             assert {found[f"{side}{name}"].determined for side in ("Left", "Right")} != {"yes"}
+
+
+def test_a_marker_in_its_joints_noise_turns_with_the_parent():
+    """A hand that hardly moves: the wrist comes out beside the finger marker, the line between them noise."""
+    fit = fit_sample("nearly_still")
+    hand, forearm = fit.segments["LeftHand"].pose, fit.segments["LowerLeftArm"].pose
+    np.testing.assert_array_equal(hand.rotation, forearm.rotation)
+    assert any(note.startswith("LeftHand turns with LowerLeftArm") for note in fit.notes)
+    # The end point stays where the marker is.
+    end = dict(fit.tracks())["LeftHand"]
+    np.testing.assert_array_equal(end, hand.origin)

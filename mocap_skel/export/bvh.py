@@ -166,7 +166,7 @@ def _angles(nodes: list[_Node], world: list[Array], at: int, above: Array) -> It
 
 
 def _euler_zxy(rotation: Array) -> Array:
-    """Angles (frames, 3) in degrees with R = Rz Rx Ry, continuous in time."""
+    """Angles (frames, 3) in degrees with R = Rz Rx Ry, unwrapped; near x = ±90° z and y still trade places."""
     z = np.arctan2(-rotation[:, 0, 1], rotation[:, 1, 1])
     x = np.arcsin(np.clip(rotation[:, 2, 1], -1.0, 1.0))
     y = np.arctan2(-rotation[:, 2, 0], rotation[:, 2, 2])
