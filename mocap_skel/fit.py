@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mocap_skel.association import Assignment
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError
-from mocap_skel.joint import CentreFit, Frame, JointFit, fit_centre, unfitted
+from mocap_skel.joint import LEAST_SAMPLES, CentreFit, Frame, JointFit, fit_centre, unfitted
 from mocap_skel.pose import Array, Pose, one_marker_pose
 from mocap_skel.shape import Shape, find_shape, median
 from mocap_skel.skeleton import Segment, Skeleton
@@ -203,7 +203,10 @@ class _Walk:
             reason = f"no marker on {segment.name}"
         joint = None if reason else self._joint(segment)
         if joint is None:
-            reason = reason or f"{segment.name} is never seen together with {segment.parent}"
+            reason = reason or (
+                f"{segment.name} and {segment.parent} are seen together in fewer than "
+                f"{LEAST_SAMPLES} frames"
+            )
             joint = unfitted(segment.joint, segment.parent, segment.name, self.clip.frames, reason)
         self.joints.append(joint)
         if joint.fitted:
