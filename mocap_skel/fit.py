@@ -220,7 +220,8 @@ class _Walk:
                 f"together off a line; the clip has {listed(markers) or 'none'}",
                 f"its markers: {listed(segment.markers, 12)}",
             )
-        self._add(segment, self._markers_pose(segment.name), self.shapes[segment.name][0], None)
+        shape = self.shapes[segment.name][0]
+        self._add(segment, self._markers_pose(segment.name), Frame(shape), shape, None)
 
     def _joint(self, segment: Segment) -> JointFit | None:
         assert segment.parent is not None and segment.joint is not None
@@ -265,7 +266,7 @@ class _Walk:
                 pose = _filled(pose, extended.pose(_beside(points, joint.track)))
                 if joint.hinge:
                     pose = _filled_by_hinge(pose, extended, points, joint.track, axis)
-            self._add(segment, pose, shape, at)
+            self._add(segment, pose, Frame(shape), shape, at)
             return
         with_joint = _beside(points, joint.track)
         found = find_shape(with_joint) if points.shape[1] >= 2 else None
@@ -275,10 +276,11 @@ class _Walk:
                 pose = shape.triad_pose(with_joint)
             if joint.hinge:
                 pose = _filled_by_hinge(pose, shape, points, joint.track, axis)
-            self._add(segment, pose, shape, shape.template[-1])
+            frame = Frame(shape)
             if joint.determined == "no":
                 doubt = f"the frame of {segment.name} rests on {joint.joint}, which is not known"
-                self.frames[segment.name] = Frame(shape, "weak", doubt)
+                frame = Frame(shape, "weak", doubt)
+            self._add(segment, pose, frame, shape, shape.template[-1])
             return
         self._one_marker(segment, joint, points, axis)
 
@@ -315,7 +317,9 @@ class _Walk:
                 else Frame(None, "no", f"the turn of {segment.name} is not seen: one marker")
             )
 
-    def _add(self, segment: Segment, pose: Pose, shape: Shape, joint: Array | None) -> None:
+    def _add(
+        self, segment: Segment, pose: Pose, frame: Frame, shape: Shape, joint: Array | None
+    ) -> None:
         if not pose.known.any():
             self.notes.append(f"{segment.name} has no pose in any frame")
             return
@@ -329,7 +333,7 @@ class _Walk:
             chosen = [template[m] for m in segment.ends if m in template]
             end = np.mean(chosen or list(template.values()), axis=0)
         self.segments[segment.name] = SegmentFit(segment.name, pose, template, joint, end)
-        self.frames[segment.name] = Frame(shape)
+        self.frames[segment.name] = frame
 
 
 def _filled(pose: Pose, other: Pose) -> Pose:

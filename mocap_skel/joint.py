@@ -88,6 +88,11 @@ class CentreFit:
         """(3,) metres, along the axes of the parent's frame."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
+    @property
+    def worst_error(self) -> float:
+        """Metres, in the direction in which the centre is known least."""
+        return _worst_error(self.covariance)
+
 
 @dataclass(frozen=True, eq=False)
 class JointFit(CentreFit):
@@ -177,11 +182,10 @@ def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> C
     rank = int(fit.rank)
     shown = _shown(rank, weakest, residual, _spread_over_noise(moments, frame_noise))
     covariance = _covariance(moments, fit, effective, sigma, frame_noise, shown[0] == "yes")
-    error = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     determined, reason = min(
         shown,
-        _trusted(residual, error),
+        _trusted(residual, _worst_error(covariance)),
         (frame.limit, frame.doubt),
         key=lambda verdict: VERDICTS.index(verdict[0]),
     )
@@ -208,6 +212,10 @@ def _square_axis(moments: Moments, fit: SphereFit) -> Array:
     away = moments.mean - fit.centre
     scatter = moments.covariance + away[:, :, None] * away[:, None, :]
     return np.asarray(np.linalg.eigh(_pooled(scatter, moments))[1][:, 0])
+
+
+def _worst_error(covariance: Array) -> float:
+    return float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
 
 
 def _root_mean_square(lengths: Array) -> float:

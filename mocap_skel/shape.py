@@ -43,11 +43,9 @@ class Shape:
     chosen: tuple[int, int, int]
     sigma: float
 
-    def pose(self, points: Array, used: NDArray[np.bool_] | None = None) -> Pose:
-        """Least-squares pose of points (frames, M, 3); `used` (frames, M) leaves points out."""
+    def pose(self, points: Array) -> Pose:
+        """Least-squares pose of points (frames, M, 3), NaN = missing."""
         weights = self.weights * np.isfinite(self.template[:, 0])
-        if used is not None:
-            weights = weights * used
         return least_squares_pose(points, np.nan_to_num(self.template), weights)
 
     def triad_pose(self, points: Array) -> Pose:

@@ -4,6 +4,7 @@ import os
 from functools import cache
 from pathlib import Path
 
+import golden
 import numpy as np
 import pytest
 
@@ -13,12 +14,7 @@ from mocap_skel.clip import Clip
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"
 # Which shipped association file belongs to which bundled clip.
-ASSOCIATIONS = {
-    "range_of_motion": "cmu",
-    "two_dancers": "cmu",
-    "nearly_still": "cmu",
-    "gaps": "plug_in_gait",
-}
+ASSOCIATIONS = {clip: name for name, clips in golden.CALLS.items() for clip in clips}
 
 
 @pytest.fixture(scope="session")

@@ -376,6 +376,17 @@ def test_the_readmes_console_blocks_are_true(tmp_path):
     assert shown >= 3
 
 
+def test_the_choices_of_the_options_are_those_of_the_library():
+    """They are written again in the command, so that help need not load the library."""
+    from mocap_skel.cli.fit import FORMATS, command
+    from mocap_skel.export import WRITERS
+    from mocap_skel.fit import POSES
+
+    (pose,) = (option for option in command.params if option.name == "pose")
+    assert tuple(WRITERS) == FORMATS
+    assert tuple(pose.type.choices) == POSES
+
+
 def test_every_command_is_in_the_readme_and_has_help(tmp_path):
     from mocap_skel.cli import COMMANDS
 

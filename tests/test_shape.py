@@ -170,7 +170,7 @@ def test_points_left_out_do_not_count_in_the_pose():
     used = np.ones((40, 7), dtype=bool)
     used[:, 2] = False
     wild[:, 2] += 0.5
-    kept = shape.pose(wild, used)
+    kept = shape.pose(np.where(used[..., None], wild, np.nan))
     np.testing.assert_allclose(kept.rotation, pose.rotation, rtol=0, atol=1e-12)
     assert np.abs(shape.pose(wild).rotation - pose.rotation).max() > 0.01
 

@@ -18,10 +18,10 @@ def safe_name(name: str) -> str:
 
 
 def check_free(paths: list[Path], overwrite: bool) -> None:
-    """Refuse before any work is done.
+    """Refuse before anything is written.
 
     Raises:
-        OutputError: a file is there already, or the folder cannot be made.
+        OutputError: a file is there already, a folder has its name, or it cannot be looked at.
     """
     for path in paths:
         try:

@@ -48,7 +48,6 @@ def joint_table(fit: SkeletonFit, clip: str) -> str:
 def _joint_cells(joint: JointFit) -> tuple[str, ...]:
     if not joint.fitted:
         return (joint.joint, "-", "-", *["-"] * 8, joint.reason)
-    worst = np.sqrt(np.linalg.eigvalsh(joint.covariance)[-1])
     return (
         joint.joint,
         joint.determined,
@@ -60,7 +59,7 @@ def _joint_cells(joint: JointFit) -> tuple[str, ...]:
         f"{1e3 * joint.sigma:.1f}",
         f"{100 * joint.weakest_sd:.1f}",
         f"{np.degrees(joint.angle):.0f}°",
-        f"{1e3 * worst:.1f}",
+        f"{1e3 * joint.worst_error:.1f}",
         joint.reason,
     )
 
