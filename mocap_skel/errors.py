@@ -28,6 +28,10 @@ class OutputError(CallError):
     """A result file that exists already or cannot be written."""
 
 
+class MissingExtraError(CallError):
+    """A library of an optional extra that is not installed."""
+
+
 class ClipError(MocapSkelError):
     """A recording that cannot be read, or that holds nothing to fit."""
 

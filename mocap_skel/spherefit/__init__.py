@@ -1,6 +1,13 @@
 """Closed-form sphere fits. This room knows numpy and nothing else: no marker set, no file, no command."""
 
-from mocap_skel.spherefit.bounds import centre_covariance, coverage_angle, effective_counts
+from mocap_skel.spherefit.bounds import (
+    centre_covariance,
+    coverage_angle,
+    crlb_circle,
+    crlb_sphere,
+    effective_counts,
+    largest_noise,
+)
 from mocap_skel.spherefit.estimators import (
     DegenerateSphereError,
     SphereFit,
@@ -12,21 +19,46 @@ from mocap_skel.spherefit.estimators import (
     sgdk,
     ugdk,
 )
+from mocap_skel.spherefit.least_squares import lls, mle
+from mocap_skel.spherefit.methods import METHODS, fit_sphere
 from mocap_skel.spherefit.moments import Moments, merge_moments, sphere_moments
+from mocap_skel.spherefit.noise import (
+    MarkerNoise,
+    isotropic,
+    marker_noise,
+    marker_weights,
+    radial_noise_matrix,
+)
+from mocap_skel.spherefit.running import RunningFit, igdk, running_centres
 
 __all__ = [
+    "METHODS",
     "DegenerateSphereError",
+    "MarkerNoise",
     "Moments",
+    "RunningFit",
     "SphereFit",
     "allowed_sigma",
     "centre_covariance",
     "coverage_angle",
+    "crlb_circle",
+    "crlb_sphere",
     "effective_counts",
+    "fit_sphere",
     "gdke",
+    "igdk",
+    "isotropic",
+    "largest_noise",
+    "lls",
+    "marker_noise",
+    "marker_weights",
     "merge_moments",
     "mgdk",
+    "mle",
     "pratt",
+    "radial_noise_matrix",
     "radial_variance",
+    "running_centres",
     "sgdk",
     "sphere_moments",
     "ugdk",

@@ -1,4 +1,4 @@
-"""How well a centre can be known: coverage, the criterion, effective samples, standard errors."""
+"""How well a centre can be known: coverage, the criterion, effective samples, Cramér-Rao bounds."""
 
 from __future__ import annotations
 
@@ -15,6 +15,90 @@ def coverage_angle(weakest_sd: ArrayLike, radius: ArrayLike) -> Array:
     """
     sine = np.sqrt(3.0) * np.asarray(weakest_sd) / np.maximum(radius, np.finfo(float).tiny)
     return np.asarray(2 * np.arcsin(np.sqrt(np.clip(sine, 0.0, 1.0))))
+
+
+def largest_noise(radius: ArrayLike, angle: ArrayLike) -> Array:
+    """The thesis's criterion: noise must stay below (r/√3) sin²(θ/2) for a cap of half-angle θ.
+
+    That is the weakest standard deviation of a uniform cap, so this is `coverage_angle` the other
+    way round. Metres.
+    """
+    return np.asarray(np.asarray(radius) / np.sqrt(3.0) * np.sin(np.asarray(angle) / 2) ** 2)
+
+
+def crlb_circle(count: ArrayLike, sigma: ArrayLike, angle: ArrayLike) -> Array:
+    """Cramér-Rao bound of a circle seen on an arc of ± θ, thesis 6.6: covariance (..., 3, 3), m².
+
+    Of centre across the arc's axis, centre along it, radius, for points spread evenly over the arc.
+
+    Args:
+        count: number of points.
+        sigma: noise standard deviation, metres.
+        angle: θ, radians.
+
+    Raises:
+        ValueError: an angle outside (0, π].
+    """
+    theta = _checked(angle)
+    sine, cosine = np.sin(theta), np.cos(theta)
+    across, both = _arc_terms(theta)
+    matrix = np.zeros((*theta.shape, 3, 3))
+    matrix[..., 0, 0] = both / across
+    matrix[..., 1, 1] = 2 * theta
+    matrix[..., 1, 2] = matrix[..., 2, 1] = -2 * sine
+    matrix[..., 2, 2] = theta + cosine * sine
+    return _scaled(matrix, 2 * theta / both, count, sigma)
+
+
+def _arc_terms(theta: Array) -> tuple[Array, Array]:
+    """Θ - cos θ sin θ and 2θ (θ + cos θ sin θ) - 4 sin² θ, whose leading digits cancel for small θ."""
+    x = 2 * theta
+    series = x < 0.1
+    across = np.where(
+        series, x**3 / 12 * (1 - x**2 / 20 + x**4 / 840), theta - np.cos(theta) * np.sin(theta)
+    )
+    both = np.where(
+        series,
+        x**6 / 720 * (1 - x**2 / 28 + x**4 / 1680),
+        2 * theta * (theta + np.cos(theta) * np.sin(theta)) - 4 * np.sin(theta) ** 2,
+    )
+    return across, both
+
+
+def crlb_sphere(count: ArrayLike, sigma: ArrayLike, angle: ArrayLike) -> Array:
+    """Cramér-Rao bound of a sphere seen on a cap of half-angle θ, thesis 6.6: covariance (..., 4, 4), m².
+
+    Of the centre across the cap's axis (twice), along it, and the radius, for points spread evenly
+    over the cap.
+
+    Args:
+        count: number of points.
+        sigma: noise standard deviation, metres.
+        angle: θ, radians.
+
+    Raises:
+        ValueError: an angle outside (0, π].
+    """
+    theta = _checked(angle)
+    sine2, cosine2 = np.sin(theta / 2) ** 2, np.cos(theta / 2) ** 2
+    matrix = np.zeros((*theta.shape, 4, 4))
+    matrix[..., 0, 0] = matrix[..., 1, 1] = sine2 / (2 + np.cos(theta))
+    matrix[..., 2, 2] = 1.0
+    matrix[..., 2, 3] = matrix[..., 3, 2] = -cosine2
+    matrix[..., 3, 3] = (3 * cosine2**2 + sine2**2) / 3
+    return _scaled(matrix, 3 / sine2**2, count, sigma)
+
+
+def _checked(angle: ArrayLike) -> Array:
+    theta = np.asarray(angle, dtype=np.float64)
+    if not bool(((theta > 0) & (theta <= np.pi)).all()):
+        raise ValueError(f"a half-angle lies in (0, π] radians, got {theta}")
+    return theta
+
+
+def _scaled(matrix: Array, factor: Array, count: ArrayLike, sigma: ArrayLike) -> Array:
+    scale = factor * np.asarray(sigma, dtype=np.float64) ** 2 / np.asarray(count, dtype=np.float64)
+    return np.asarray(matrix * scale[..., None, None])
 
 
 def effective_counts(residuals: ArrayLike) -> Array:

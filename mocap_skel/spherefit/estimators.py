@@ -7,7 +7,7 @@ All solve the same linear system and differ in what they take away from C (``met
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,6 +32,7 @@ class SphereFit:
             their counts), m².
         rank: (...), the number of directions that were solved; the first D - rank axes were not.
         sigma: (...), the noise standard deviation that was taken away, metres.
+        converged: (...), False where an iteration ended before it had reached its answer.
     """
 
     centre: Array
@@ -40,6 +41,7 @@ class SphereFit:
     spread: Array
     rank: Array
     sigma: Array
+    converged: NDArray[np.bool_] = field(default_factory=lambda: np.asarray(True))
 
     @property
     def null(self) -> Array:
@@ -55,21 +57,34 @@ class _System:
     Attributes:
         middle: (..., D), the mean of the points.
         covariance, cross: C and ½ S of all markers about it.
-        noise, noise_shift: N and Σ_p N_p (x̄_p - middle), the noise for σ = 1.
-        spread: (..., D), eigenvalues of C, ascending.
+        noise, noise_shift: N and Σ_p N_p (x̄_p - middle), the noise for σ = 1; None where N is the
+            unit matrix.
         square, square_variance: mean and variance of |x - middle|² about each marker's own mean.
+        spread, axes: (..., D) eigenvalues of C, ascending, and their vectors as columns.
         floor: what rounding alone leaves of a direction without extent, m².
     """
 
     middle: Array
     covariance: Array
     cross: Array
-    noise: Array
-    noise_shift: Array
-    spread: Array
+    noise: Array | None
+    noise_shift: Array | None
     square: Array
     square_variance: Array
+    spread: Array
+    axes: Array
     floor: Array
+
+    def signal(self, eta: Array) -> tuple[Array, Array]:
+        """Eigenvalues and eigenvectors of C - η N."""
+        if self.noise is None:
+            return self.spread - eta[..., None], self.axes
+        return np.linalg.eigh(self.covariance - eta[..., None, None] * self.noise)
+
+    def right_side(self, eta: Array) -> Array:
+        if self.noise_shift is None:
+            return self.cross
+        return np.asarray(self.cross - eta[..., None] * self.noise_shift)
 
 
 def gdke(m: Moments, *, strict: bool = True) -> SphereFit:
@@ -92,7 +107,12 @@ def ugdk(
 
 
 def mgdk(
-    m: Moments, sigma: ArrayLike, shape: ArrayLike | None = None, *, strict: bool = True
+    m: Moments,
+    sigma: ArrayLike,
+    shape: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    *,
+    strict: bool = True,
 ) -> SphereFit:
     """Unbiased GDK of one or several markers about one centre (thesis 6.6).
 
@@ -100,13 +120,15 @@ def mgdk(
         m: moments, batch shape (..., M) or ().
         sigma: noise standard deviation in metres, shape () or (...).
         shape: Σ̂_p / sigma², shape (..., M, D, D) or (D, D); the unit matrix if None.
+        weights: (..., M), how much each marker's samples count, not negative; all alike if None, as
+            in the thesis. `noise.marker_weights` gives those that markers of different noise deserve.
         strict: raise for a degenerate member of a batch; otherwise it is NaN.
 
     Raises:
         DegenerateSphereError: as `gdke`, or the noise is no smaller than the points' weakest spread.
     """
     m, alone = _with_marker_axis(m)
-    system = _pool(m, shape)
+    system = _pool(m, shape, weights)
     noise = np.broadcast_to(np.asarray(sigma, dtype=np.float64) ** 2, system.square.shape)
     return _solve(m, system, noise, shape, strict, alone)
 
@@ -121,11 +143,16 @@ def pratt(m: Moments, *, strict: bool = True) -> SphereFit:
         DegenerateSphereError: as `gdke`.
     """
     m, alone = _with_marker_axis(m)
-    system = _pool(m, None)
+    system = _pool(m, None, None)
     return _solve(m, system, _pratt_noise(system), None, strict, alone)
 
 
-def sgdk(m: Moments, sigma: ArrayLike | None = None, shape: ArrayLike | None = None) -> SphereFit:
+def sgdk(
+    m: Moments,
+    sigma: ArrayLike | None = None,
+    shape: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+) -> SphereFit:
     """MGDK in the directions that stand above the noise only: for hinges and near-planar motion.
 
     A direction is solved where the points' own variance in it, without the noise, exceeds the noise
@@ -136,7 +163,7 @@ def sgdk(m: Moments, sigma: ArrayLike | None = None, shape: ArrayLike | None = N
         m: moments, batch shape (..., M) or ().
         sigma: noise standard deviation in metres, () or (...). Without it, or where it is larger
             than what the points' own residual shows, Pratt's noise is used.
-        shape: Σ̂_p / sigma², as for `mgdk`.
+        shape, weights: as for `mgdk`.
 
     Raises:
         DegenerateSphereError: no marker has two points.
@@ -144,10 +171,12 @@ def sgdk(m: Moments, sigma: ArrayLike | None = None, shape: ArrayLike | None = N
     m, alone = _with_marker_axis(m)
     if bool((m.count.max(axis=-1) < 2).any()):
         raise DegenerateSphereError("a sphere fit needs points, and there are fewer than two")
-    system = _pool(m, shape)
+    system = _pool(m, shape, weights)
     noise = _allowed_noise(system, sigma)
-    signal, axes = np.linalg.eigh(system.covariance - noise[..., None, None] * system.noise)
-    still = noise[..., None] * np.einsum("...dk,...de,...ek->...k", axes, system.noise, axes)
+    signal, axes = system.signal(noise)
+    still = np.broadcast_to(noise[..., None], signal.shape)
+    if system.noise is not None:
+        still = still * np.einsum("...dk,...de,...ek->...k", axes, system.noise, axes)
     order = np.argsort(signal / (still + system.floor[..., None]), axis=-1)
     signal, still = (np.take_along_axis(v, order, axis=-1) for v in (signal, still))
     axes = np.take_along_axis(axes, order[..., None, :], axis=-1)
@@ -155,41 +184,80 @@ def sgdk(m: Moments, sigma: ArrayLike | None = None, shape: ArrayLike | None = N
     return _finish(m, system, noise, shape, signal, axes, above, alone)
 
 
+def linear_system(m: Moments, sigma: float) -> tuple[Array, Array, Array]:
+    """The system A (c - middle) = b that `mgdk` solves: middle (..., D), A (..., D, D), b (..., D)."""
+    system = _pool(_with_marker_axis(m)[0], None, None)
+    unit = np.eye(m.mean.shape[-1])
+    return system.middle, system.covariance - sigma**2 * unit, system.cross
+
+
+def found_elsewhere(
+    m: Moments,
+    centre: Array,
+    radius: Array | None = None,
+    *,
+    sigma: float = 0.0,
+    converged: bool = True,
+) -> SphereFit:
+    """A centre (D,) that did not come from the moments (M,), with what these say of the points.
+
+    Args:
+        m: moments of the points.
+        centre: the centre.
+        radius: (M,); what the moments give about that centre if None.
+        sigma: the noise that was taken away to find it.
+        converged: whether it was reached.
+    """
+    m, alone = _with_marker_axis(m)
+    system = _pool(m, None, None)
+    if radius is None:
+        radius = _radius(m, centre, np.asarray(sigma**2), None)
+    return SphereFit(
+        centre=centre,
+        radius=radius[0] if alone else radius,
+        axes=system.axes,
+        spread=system.spread,
+        rank=np.asarray(len(centre)),
+        sigma=np.asarray(sigma),
+        converged=np.asarray(converged),
+    )
+
+
 def allowed_sigma(m: Moments, sigma: ArrayLike, shape: ArrayLike | None = None) -> Array:
     """Sigma (...), or the noise standard deviation that the points' own residual shows if that is less.
 
     Pratt's noise is the same in all directions, so it bounds what the shape has in all of them.
     """
-    system = _pool(_with_marker_axis(m)[0], shape)
+    system = _pool(_with_marker_axis(m)[0], shape, None)
     return np.asarray(np.sqrt(_allowed_noise(system, sigma)))
 
 
 def _allowed_noise(system: _System, sigma: ArrayLike | None) -> Array:
     """`allowed_sigma` squared; Pratt's noise itself without a sigma."""
-    everywhere = np.linalg.eigvalsh(system.noise)[..., 0]
-    everywhere = np.where(everywhere > 0, everywhere, 1.0)
+    everywhere = np.ones_like(system.square)
+    if system.noise is not None:
+        least = np.linalg.eigvalsh(system.noise)[..., 0]
+        everywhere = np.where(least > 0, least, everywhere)
     if sigma is None:
         return np.asarray(_pratt_noise(system) / everywhere)
     wish = np.broadcast_to(np.asarray(sigma, dtype=np.float64) ** 2, system.square.shape)
-    lam, weight = _spectrum(system)
-    value, _ = _pratt_function(system, lam, weight, wish * everywhere)
+    value, _ = _pratt_function(system, _projected(system), wish * everywhere)
     # Left of the root the function is positive: no need to find it.
-    if bool(((value > 0) & (wish * everywhere < lam[..., 0])).all()):
+    if bool(((value > 0) & (wish * everywhere < system.spread[..., 0])).all()):
         return np.asarray(wish)
     return np.asarray(np.minimum(wish, _pratt_noise(system) / everywhere))
 
 
-def _spectrum(system: _System) -> tuple[Array, Array]:
-    """Eigenvalues of C and the squared covariance of |x|² with each eigenvector's coordinate."""
-    lam, axes = np.linalg.eigh(system.covariance)
-    return lam, np.einsum("...dk,...d->...k", axes, 2 * system.cross) ** 2
+def _projected(system: _System) -> Array:
+    """(..., D): the squared covariance of |x|² with the coordinate along each eigenvector of C."""
+    return np.asarray((system.axes.swapaxes(-1, -2) @ (2 * system.cross)[..., None])[..., 0] ** 2)
 
 
-def _pratt_function(system: _System, lam: Array, weight: Array, eta: Array) -> tuple[Array, Array]:
+def _pratt_function(system: _System, projected: Array, eta: Array) -> tuple[Array, Array]:
     """The function whose root is Pratt's noise, and its slope, at eta (...)."""
-    least = np.finfo(float).eps * lam[..., -1:] + np.finfo(float).tiny
-    gap = np.maximum(lam - eta[..., None], least)
-    part = weight / gap
+    least = np.finfo(float).eps * system.spread[..., -1:] + np.finfo(float).tiny
+    gap = np.maximum(system.spread - eta[..., None], least)
+    part = projected / gap
     value = system.square_variance - part.sum(axis=-1) - 4 * eta * (system.square + eta)
     slope = -(part / gap).sum(axis=-1) - 4 * system.square - 8 * eta
     return value, np.minimum(slope, -np.finfo(float).tiny)
@@ -202,13 +270,13 @@ def _pratt_noise(system: _System) -> Array:
     the root of var f - Σ g_k²/(λ_k - η) - 4 η mean f - 4 η² in [0, λ_min), where the left side falls
     from its least-squares residual (≥ 0) to -∞.
     """
-    lam, weight = _spectrum(system)
-    low, high = np.zeros_like(system.square), np.maximum(lam[..., 0], 0.0)
+    projected = _projected(system)
+    low, high = np.zeros_like(system.square), np.maximum(system.spread[..., 0], 0.0)
     eta = low
     # Newton's method on a falling concave function, kept inside its bracket by bisection: the pole
     # at λ_min would throw a free step out. A dozen steps are usual, 60 the bound of pure bisection.
     for _ in range(60):
-        value, slope = _pratt_function(system, lam, weight, eta)
+        value, slope = _pratt_function(system, projected, eta)
         low, high = np.where(value > 0, eta, low), np.where(value > 0, high, eta)
         step = eta - value / slope
         new = np.where((step > low) & (step < high), step, 0.5 * (low + high))
@@ -244,15 +312,17 @@ def _with_marker_axis(m: Moments) -> tuple[Moments, bool]:
     return (m[None], True) if m.count.ndim == 0 else (m, False)
 
 
-def _pool(m: Moments, shape: ArrayLike | None) -> _System:
+def _pool(m: Moments, shape: ArrayLike | None, weights: ArrayLike | None) -> _System:
     """The linear system of the shared centre.
 
     Each marker's points are deviations from that marker's own mean (its radius is free); markers
-    count by N - 1, which for one marker leaves its C and S as they are.
+    count by N - 1 times their weight, which for one marker leaves its C and S as they are.
     """
     n = m.count
     below = np.maximum(n - 1.0, 0.0)
-    weight = below / np.maximum(below.sum(axis=-1), 1.0)[..., None]
+    part = below if weights is None else below * np.asarray(weights, dtype=np.float64)
+    total = part.sum(axis=-1)[..., None]
+    weight = part / np.where(total > 0, total, 1.0)
     middle = np.einsum("...p,...pd->...d", weight, m.mean)
     h = m.mean - middle[..., None, :]
     hh = np.einsum("...d,...d->...", h, h)
@@ -261,14 +331,12 @@ def _pool(m: Moments, shape: ArrayLike | None) -> _System:
     share = below / np.maximum(n, 1.0)
     covariance = np.einsum("...p,...pde->...de", weight, m.covariance)
     within = m.fourth - trace**2 * share + 4 * np.einsum("...d,...d->...", m.third + ch, h)
-    dimension = m.mean.shape[-1]
-    if shape is None:
-        noise, shift = np.eye(dimension), np.zeros(dimension)
-    else:
+    noise = shift = None
+    if shape is not None:
         each = np.broadcast_to(np.asarray(shape, dtype=np.float64), m.covariance.shape)
         noise = np.einsum("...p,...pde->...de", weight, each)
         shift = np.einsum("...p,...pde,...pe->...d", weight, each, h)
-    spread = np.linalg.eigvalsh(covariance)
+    spread, axes = np.linalg.eigh(covariance)
     # What rounding alone leaves of a direction without extent: a few ulps of the coordinates, and of
     # the largest eigenvalue.
     eps = np.finfo(float).eps
@@ -279,9 +347,10 @@ def _pool(m: Moments, shape: ArrayLike | None) -> _System:
         cross=np.einsum("...p,...pd->...d", weight, 0.5 * m.third + ch),
         noise=noise,
         noise_shift=shift,
-        spread=spread,
         square=np.einsum("...p,...p->...", weight, share * trace + hh),
         square_variance=np.einsum("...p,...p->...", weight, within),
+        spread=spread,
+        axes=axes,
         floor=np.maximum((64 * eps * reach) ** 2, 64 * eps * spread[..., -1])
         + np.finfo(float).tiny,
     )
@@ -294,7 +363,7 @@ def _solve(
     dimension = m.mean.shape[-1]
     flat = system.spread[..., 0] <= system.floor
     few = m.count.max(axis=-1) < dimension + 1
-    signal, axes = np.linalg.eigh(system.covariance - noise[..., None, None] * system.noise)
+    signal, axes = system.signal(noise)
     noisy = signal[..., 0] <= 0
     if strict and bool((flat | few | noisy).any()):
         if bool(few.any()):
@@ -330,20 +399,25 @@ def _finish(
     alone: bool,
 ) -> SphereFit:
     """Centre and radii from the directions that may be solved."""
-    right = system.cross - noise[..., None] * system.noise_shift
-    shift = np.einsum("...dk,...d->...k", axes, right) / np.where(above, signal, 1.0)
-    centre = system.middle + np.einsum("...dk,...k->...d", axes, np.where(above, shift, 0.0))
-    away = m.mean - centre[..., None, :]
-    trace = np.trace(m.covariance, axis1=-2, axis2=-1)
-    unit = m.mean.shape[-1] if shape is None else np.trace(np.asarray(shape), axis1=-2, axis2=-1)
-    square = (m.count - 1) / np.maximum(m.count, 1.0) * (trace - noise[..., None] * unit)
-    square = square + np.einsum("...d,...d->...", away, away)
-    square = np.where(m.count > 0, square, np.nan)
+    right = axes.swapaxes(-1, -2) @ system.right_side(noise)[..., None]
+    shift = np.where(above, right[..., 0] / np.where(above, signal, 1.0), 0.0)
+    centre = system.middle + (axes @ shift[..., None])[..., 0]
+    radius = _radius(m, centre, noise, shape)
     return SphereFit(
         centre=centre,
-        radius=np.sqrt(np.maximum(square[..., 0] if alone else square, 0.0)),
+        radius=radius[..., 0] if alone else radius,
         axes=axes,
         spread=np.einsum("...dk,...de,...ek->...k", axes, system.covariance, axes),
         rank=above.sum(axis=-1),
         sigma=np.sqrt(noise),
     )
+
+
+def _radius(m: Moments, centre: Array, noise: Array, shape: ArrayLike | None) -> Array:
+    """(..., M): √((N-1)/N tr(C - Σ̂) + |x̄ - c|²), NaN for a marker without points (thesis 6.6)."""
+    away = m.mean - centre[..., None, :]
+    trace = np.trace(m.covariance, axis1=-2, axis2=-1)
+    unit = m.mean.shape[-1] if shape is None else np.trace(np.asarray(shape), axis1=-2, axis2=-1)
+    square = (m.count - 1) / np.maximum(m.count, 1.0) * (trace - noise[..., None] * unit)
+    square = square + np.einsum("...d,...d->...", away, away)
+    return np.asarray(np.sqrt(np.maximum(np.where(m.count > 0, square, np.nan), 0.0)))

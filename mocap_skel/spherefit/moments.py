@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,42 +45,112 @@ class Moments:
         )
 
 
+# Points that are worked on at once: their features then stay in the cache, and nothing that grows with
+# the number of points is ever allocated.
+CHUNK = 1 << 14
+# Points of each set that are looked at for a place to measure from.
+_LOOKED_AT = 32
+
+
 def sphere_moments(points: ArrayLike) -> Moments:
     """Moments of points of shape (..., N, D), metres; a point with a NaN in any coordinate is dropped.
 
-    Fewer than two points have zero moments, none at all the mean zero.
+    One pass over the points, in memory that does not grow with them. Fewer than two points have zero
+    moments, none at all the mean zero.
 
     Raises:
         ValueError: the array has fewer than two axes.
     """
-    x = np.asarray(points, dtype=np.float64)
+    x = np.asarray(points)
+    if x.dtype.kind not in "fiu":
+        x = x.astype(np.float64)
     if x.ndim < 2:
         raise ValueError(f"points must have shape (..., N, D), got {x.shape}")
-    # Coordinates in rows: every pass below then runs along contiguous memory.
-    x = np.ascontiguousarray(np.swapaxes(x, -1, -2))
-    missing: NDArray[np.bool_] = np.asarray(~np.isfinite(x).all(axis=-2))
-    count = x.shape[-1] - missing.sum(axis=-1).astype(np.float64)
-    gaps = bool(missing.any())
-    if gaps:
-        x = np.where(missing[..., None, :], 0.0, x)
-    some = np.maximum(count, 1.0)[..., None]
+    *batch, size, dimension = x.shape
+    sets = math.prod(batch)
+    x = x.reshape(sets, size, dimension)
     # Coordinates are metres from the origin while spheres are centimetres wide: squares are taken
-    # about the mean only, and the mean once more, or the digits that matter would be lost.
-    mean = x.sum(axis=-1) / some
-    features = np.empty((*x.shape[:-2], x.shape[-2] + 1, x.shape[-1]))
-    d = features[..., :-1, :]
-    np.subtract(x, mean[..., None], out=d)
-    if gaps:
-        d *= ~missing[..., None, :]
-    drift = d.sum(axis=-1) / some
-    mean = mean + drift
-    d -= drift[..., None]
-    if gaps:
-        d *= ~missing[..., None, :]
-    np.einsum("...dn,...dn->...n", d, d, out=features[..., -1, :])
-    gram = features @ np.swapaxes(features, -1, -2)
-    gram /= np.maximum(count - 1.0, 1.0)[..., None, None]
-    return Moments(count, mean, gram[..., :-1, :-1], gram[..., :-1, -1], gram[..., -1, -1])
+    # about a place among the points, or the digits that matter would be lost.
+    place = _place(x)
+    count = np.zeros(sets)
+    gram = np.zeros((sets, dimension + 2, dimension + 1))
+    at_once = max(1, CHUNK // max(size, 1))
+    buffer = np.empty((min(at_once, sets), dimension + 2, min(size, CHUNK)))
+    for i in range(0, sets, at_once):
+        group = slice(i, i + at_once)
+        for k in range(0, size, CHUNK):
+            count[group] += _add_sums(x[group, k : k + CHUNK], place[group], buffer, gram[group])
+    return central_moments(
+        count.reshape(batch),
+        place.reshape(*batch, dimension),
+        gram.reshape(*batch, *gram.shape[1:]),
+    )
+
+
+def _place(x: Array) -> Array:
+    """(B, D): the mean of some points of each set, spread over all of it, that have no NaN."""
+    some = x[:, :: max(x.shape[1] // _LOOKED_AT, 1)].astype(np.float64)
+    missing: NDArray[np.bool_] = np.asarray(~np.isfinite(some).all(axis=2))
+    if missing.any():
+        some[missing] = 0.0
+        for lost in np.flatnonzero(missing.all(axis=1)):
+            there = np.flatnonzero(np.isfinite(x[lost]).all(axis=1))
+            some[lost, : len(there[:1])] = x[lost, there[:1]]
+            missing[lost, : len(there[:1])] = False
+    count = some.shape[1] - missing.sum(axis=1)
+    return np.asarray(some.sum(axis=1) / np.maximum(count, 1)[:, None])
+
+
+def _add_sums(x: Array, place: Array, buffer: Array, gram: Array) -> Array:
+    """Add the sums of f gᵀ over points x (B, N, D), with d = x - place, f = (d, |d|², 1), g = (d, |d|²).
+
+    Returns:
+        (B,) how many points there were.
+    """
+    sets, size, dimension = x.shape
+    features = buffer[:sets, :, :size]
+    d = features[:, :dimension]
+    features[:, -1] = 1.0
+    with np.errstate(invalid="ignore", over="ignore"):
+        np.subtract(x.swapaxes(1, 2), place[..., None], out=d)
+        np.einsum("bdn,bdn->bn", d, d, out=features[:, -2])
+        # f gᵀ, not f fᵀ: for a matrix times its own transpose, BLAS's symmetric routine is slower.
+        product = features @ features[:, :-1].swapaxes(1, 2)
+        if np.isfinite(product).all():
+            gram += product
+            return np.full(sets, float(size))
+        missing: NDArray[np.bool_] = np.asarray(~np.isfinite(d).all(axis=1))
+        np.copyto(features, 0.0, where=missing[:, None])
+        gram += features @ features[:, :-1].swapaxes(1, 2)
+    return np.asarray(size - missing.sum(axis=1), dtype=np.float64)
+
+
+def central_moments(count: Array, place: Array, gram: Array) -> Moments:
+    """Moments about the mean from sums about a place near it.
+
+    Args:
+        count: (...), number of points.
+        place: (..., D).
+        gram: (..., D + 2, D + 1), Σ f gᵀ with d = x - place, f = (d, |d|², 1), g = (d, |d|²).
+    """
+    some = np.maximum(count, 1.0)[..., None]
+    h = gram[..., -1, :-1] / some
+    hh = np.einsum("...d,...d->...", h, h)
+    c = gram[..., :-2, :-1]
+    s, fourth = gram[..., :-2, -1], gram[..., -2, -1]
+    ch = np.einsum("...de,...e->...d", c, h)
+    trace = gram[..., -1, -1]
+    n = count[..., None]
+    below = np.maximum(n - 1.0, 1.0)
+    cross = n[..., None] * h[..., :, None] * h[..., None, :]
+    return Moments(
+        count,
+        place + h,
+        (c - cross) / below[..., None],
+        (s - 2 * ch - (trace[..., None] - 2 * n * hh[..., None]) * h) / below,
+        (fourth - 4 * np.einsum("...d,...d->...", s - ch, h) + (2 * trace - 3 * count * hh) * hh)
+        / below[..., 0],
+    )
 
 
 def merge_moments(a: Moments, b: Moments) -> Moments:

@@ -1,0 +1,123 @@
+"""Spheres by least squares over the points: the linear system (LLS) and the geometric fit (MLE).
+
+Both are here to be compared with: LLS gives GDKE's answer at ten times the price, the MLE is what the
+closed forms are measured by.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mocap_skel.extras import extra
+from mocap_skel.spherefit.estimators import (
+    DegenerateSphereError,
+    SphereFit,
+    found_elsewhere,
+    pratt,
+)
+from mocap_skel.spherefit.moments import Array, sphere_moments
+
+
+def lls(points: ArrayLike) -> SphereFit:
+    """Linear least squares on |x|² = 2 c·x + k_p, a system of N rows and D + M columns, by SVD.
+
+    The thesis's LLS (Table 4), for several markers that of Gamage & Lasenby 2002. As published, so
+    without a shift to the points: the digits that it loses are lost here too.
+
+    Args:
+        points: (M, N, D) or (N, D), metres, NaN = missing.
+
+    Raises:
+        DegenerateSphereError: too few points, or points that do not span a sphere.
+    """
+    x, marker = _listed(points)
+    dimension = x.shape[1]
+    system = np.zeros((len(x), dimension + marker[-1] + 1))
+    np.multiply(x, 2.0, out=system[:, :dimension])
+    system[np.arange(len(x)), dimension + marker] = 1.0
+    answer, _, rank, _ = np.linalg.lstsq(system, np.einsum("nd,nd->n", x, x), rcond=None)
+    if rank < system.shape[1]:
+        raise DegenerateSphereError(
+            "the points do not span a sphere: they are all equal, on a line or in a plane"
+        )
+    centre = answer[:dimension]
+    radius = np.sqrt(np.maximum(answer[dimension:] + centre @ centre, 0.0))
+    return found_elsewhere(sphere_moments(points), centre, radius)
+
+
+def mle(
+    points: ArrayLike,
+    sigma: ArrayLike = 1.0,
+    *,
+    start: ArrayLike | None = None,
+    most: int = 200,
+) -> SphereFit:
+    """The geometric fit: minimise Σ_p Σ_i ((|x_pi - c| - r_p) / σ_p)² over c and the radii.
+
+    Levenberg-Marquardt with the analytic Jacobian (MINPACK's, through SciPy): the maximum-likelihood
+    answer for isotropic noise that is small beside the radius.
+
+    Args:
+        points: (M, N, D) or (N, D), metres, NaN = missing.
+        sigma: noise standard deviations of the markers, (M,), or one; only their ratios count.
+        start: centre to start from, (D,); Pratt's if None.
+        most: evaluations before it gives up.
+
+    Returns:
+        A fit whose `converged` tells whether the minimum was reached.
+
+    Raises:
+        DegenerateSphereError: too few points, or points that do not span a sphere.
+        MissingExtraError: SciPy is not installed.
+    """
+    optimize = extra("scipy.optimize", "mle")
+    x, marker = _listed(points)
+    dimension = x.shape[1]
+    m = sphere_moments(points)
+    first = pratt(m).centre if start is None else np.asarray(start, dtype=np.float64)
+    scale = (1.0 / np.broadcast_to(np.asarray(sigma, dtype=np.float64), marker[-1] + 1))[marker]
+    number = np.arange(len(x))
+    jacobian = np.zeros((dimension + marker[-1] + 1, len(x)))
+
+    def lines(parameters: Array) -> tuple[Array, Array]:
+        away = x - parameters[:dimension]
+        return away, np.sqrt(np.einsum("nd,nd->n", away, away))
+
+    def residuals(parameters: Array) -> Array:
+        return np.asarray((lines(parameters)[1] - parameters[dimension:][marker]) * scale)
+
+    def derivative(parameters: Array) -> Array:
+        away, distance = lines(parameters)
+        np.divide(away.T, -np.maximum(distance, np.finfo(float).tiny), out=jacobian[:dimension])
+        jacobian[:dimension] *= scale
+        jacobian[dimension + marker, number] = -scale
+        return jacobian
+
+    radii = np.bincount(marker, lines(first)[1]) / np.bincount(marker)
+    answer, _, _, _, code = optimize.leastsq(
+        residuals, np.append(first, radii), Dfun=derivative, col_deriv=True, full_output=True,
+        ftol=1e-13, xtol=1e-13, gtol=1e-13, maxfev=most,
+    )  # fmt: skip
+    # MINPACK's codes 1 to 4 are its tests of convergence; 6 to 8 say that rounding stops it sooner.
+    reached = code in (1, 2, 3, 4, 6, 7, 8)
+    return found_elsewhere(m, answer[:dimension], np.abs(answer[dimension:]), converged=reached)
+
+
+def _listed(points: ArrayLike) -> tuple[Array, NDArray[np.intp]]:
+    """All points that are there, (N, D), and whose they are, (N,), marker by marker."""
+    x = np.asarray(points, dtype=np.float64)
+    if x.ndim not in (2, 3):
+        raise ValueError(f"points must have shape (M, N, D) or (N, D), got {x.shape}")
+    markers = x.reshape(-1, *x.shape[-2:])
+    seen = np.isfinite(markers).all(axis=-1)
+    counts = seen.sum(axis=-1)
+    dimension = x.shape[-1]
+    if counts.sum() < dimension + len(markers):
+        raise DegenerateSphereError(
+            f"a sphere in {dimension} dimensions needs at least {dimension + 1} points"
+        )
+    if not counts.all():
+        raise DegenerateSphereError(f"marker {int(np.argmin(counts))} has no point")
+    listed = markers.reshape(-1, dimension) if seen.all() else markers[seen]
+    return listed, np.repeat(np.arange(len(markers)), counts)

@@ -1,0 +1,77 @@
+"""Every estimator behind one call, by its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mocap_skel.spherefit.estimators import (
+    DegenerateSphereError,
+    SphereFit,
+    found_elsewhere,
+    gdke,
+    mgdk,
+    pratt,
+    sgdk,
+    ugdk,
+)
+from mocap_skel.spherefit.least_squares import lls, mle
+from mocap_skel.spherefit.moments import Moments, sphere_moments
+from mocap_skel.spherefit.running import running_centres
+
+METHODS: tuple[str, ...] = ("gdke", "ugdk", "mgdk", "sgdk", "igdk", "lls", "mle", "pratt")
+
+
+def fit_sphere(
+    points: ArrayLike,
+    method: str = "sgdk",
+    *,
+    sigma: float | None = None,
+    noise: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    moments: Moments | None = None,
+) -> SphereFit:
+    """Fit one centre to points of one marker or of several, by any of `METHODS`.
+
+    Args:
+        points: (M, N, D) or (N, D), metres, NaN = missing.
+        method: one of `METHODS`. All take several markers: ugdk is mgdk then, gdke and lls are Gamage
+            & Lasenby 2002, pratt is Chang & Pollard 2007.
+        sigma: noise standard deviation, metres; Pratt's if None. gdke, lls, mle and pratt need none.
+        noise: Σ̂_p / sigma², (M, D, D) or (D, D), for ugdk, mgdk and sgdk; the unit matrix if None.
+        weights: (M,), for mgdk and sgdk.
+        moments: those of the points, where they are known already or have been corrected.
+
+    Raises:
+        ValueError: no such method.
+        DegenerateSphereError: the points do not determine a sphere.
+        MissingExtraError: mle without SciPy.
+    """
+    if method not in METHODS:
+        raise ValueError(f"method must be one of {METHODS}, got {method!r}")
+    m = sphere_moments(points) if moments is None else moments
+
+    def level() -> float:
+        return float(pratt(m).sigma) if sigma is None else sigma
+
+    calls: dict[str, Callable[[], SphereFit]] = {
+        "gdke": lambda: gdke(m),
+        "ugdk": lambda: ugdk(m, level(), noise),
+        "mgdk": lambda: mgdk(m, level(), noise, weights),
+        "sgdk": lambda: sgdk(m, sigma, noise, weights),
+        "igdk": lambda: _last_of_running(points, m, level()),
+        "lls": lambda: lls(points),
+        "mle": lambda: mle(points),
+        "pratt": lambda: pratt(m),
+    }
+    return calls[method]()
+
+
+def _last_of_running(points: ArrayLike, m: Moments, sigma: float) -> SphereFit:
+    """IGDK's answer after the last sample."""
+    centre = running_centres(points, sigma)[-1]
+    if np.isnan(centre).any():
+        raise DegenerateSphereError("the points do not span a sphere, or are lost in noise")
+    return found_elsewhere(m, centre, sigma=sigma)

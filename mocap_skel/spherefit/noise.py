@@ -1,0 +1,129 @@
+"""The measurement noise Σ̂ from the points themselves: a level a marker, or a whole matrix.
+
+What a fit takes away from C decides its bias, and thesis 6.7 leaves open where it comes from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mocap_skel.spherefit.estimators import SphereFit, mgdk, pratt, radial_variance
+from mocap_skel.spherefit.moments import Array, Moments
+
+# A marker's noise is kept below its weakest spread by this share: at 1 nothing would be left of C.
+_BELOW = 0.999
+_MOST_TURNS = 200
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerNoise:
+    """Noise standard deviations of markers, as their own radial residuals show them.
+
+    Attributes:
+        sigma: (..., M), metres.
+        converged: (...), whether the fixed point was reached.
+    """
+
+    sigma: Array
+    converged: NDArray[np.bool_]
+
+    @property
+    def shape(self) -> Array:
+        """(..., M, 3, 3): Σ̂_p for the estimators, to go with a sigma of 1."""
+        return isotropic(self.sigma, 3)
+
+
+def isotropic(sigma: ArrayLike, dimension: int) -> Array:
+    """Σ̂_p = σ_p² I, (..., M, D, D), from standard deviations (..., M)."""
+    return np.asarray(np.asarray(sigma)[..., None, None] ** 2 * np.eye(dimension))
+
+
+def marker_noise(m: Moments, *, bounded: bool = True) -> MarkerNoise:
+    """A noise level for each marker, by the fixed point of ``method.md`` section 4.
+
+    The markers' radial residuals about the fit give their noise, the noise gives the next fit, both
+    from the moments alone. With little coverage the plain fixed point runs away: too much noise gives
+    too near a centre, which leaves no smaller residuals. So the common level is bounded by the
+    pooled points' own (Pratt's), and the fixed point finds how the markers share it.
+
+    Args:
+        m: moments, batch shape (..., M).
+        bounded: False leaves the bound out, for studies.
+    """
+    first = pratt(m, strict=False)
+    sigma2 = np.repeat(first.sigma[..., None] ** 2, m.count.shape[-1], axis=-1)
+    limit = _BELOW * np.maximum(np.linalg.eigvalsh(m.covariance)[..., 0], 0.0)
+    dimension = m.mean.shape[-1]
+    # The shared centre takes D degrees of freedom from all residuals; N - 1 has a radius's already.
+    total = np.maximum(m.count - 1.0, 0.0).sum(axis=-1, keepdims=True)
+    freedom = total / np.maximum(total - dimension, 1.0)
+    radius, change = first.radius, np.full(first.sigma.shape, np.inf)
+    for _ in range(_MOST_TURNS):
+        shape = np.sqrt(np.maximum(sigma2, 0.0))
+        weights = marker_weights(radius, shape) if bounded else None
+        fit = mgdk(m, 1.0, isotropic(shape, dimension), weights, strict=False)
+        found = np.minimum(np.nan_to_num(radial_variance(m, fit) * freedom), limit)
+        if bounded:
+            mean = (found * np.maximum(m.count - 1.0, 0.0)).sum(axis=-1, keepdims=True)
+            mean = mean / np.maximum(total, 1.0)
+            most = first.sigma[..., None] ** 2
+            found = found * np.minimum(1.0, most / np.where(mean > 0, mean, 1.0))
+        change = np.abs(found - sigma2).max(axis=-1) / np.maximum(
+            found.max(axis=-1), np.finfo(float).tiny
+        )
+        sigma2, radius = found, np.where(np.isfinite(fit.radius), fit.radius, radius)
+        if bool((change <= 1e-10).all()):
+            break
+    return MarkerNoise(np.sqrt(sigma2), np.asarray(change <= 1e-6))
+
+
+def marker_weights(radius: ArrayLike, sigma: ArrayLike) -> Array:
+    """(..., M): 1 / (r_p σ_p)², the largest 1: what a marker's samples are worth in `mgdk`.
+
+    |x - c|² - r² is 2 r times the radial residual, so its standard deviation is 2 r_p σ_p.
+    """
+    r, s = np.broadcast_arrays(np.asarray(radius, dtype=np.float64), sigma)
+    cost = np.where(np.isfinite(r), r * s, np.inf) ** 2
+    least = np.where(np.isfinite(cost) & (cost > 0), cost, np.inf).min(axis=-1, keepdims=True)
+    # A marker without noise would get all the weight: it counts like the best of the others.
+    cost = np.where(cost > 0, cost, np.where(np.isfinite(least), least, 1.0))
+    least = np.where(np.isfinite(least), least, cost.min(axis=-1, keepdims=True))
+    return np.asarray(np.where(np.isfinite(cost), least / np.where(cost > 0, cost, 1.0), 0.0))
+
+
+def radial_noise_matrix(points: ArrayLike, fit: SphereFit) -> Array:
+    """The whole noise matrix Σ̂, (D, D), m², from the radial residuals about a fit: for thesis 6.7.
+
+    Along the unit direction u from the centre, noise of covariance Σ leaves a squared residual of uᵀΣu
+    on average: a linear regression on the D (D+1) / 2 products of u. A cap shows only some of them; the
+    others stay at the isotropic level, which the regression is drawn to by the weight of one part in
+    a hundred of the points, and no eigenvalue is negative.
+
+    Args:
+        points: (M, N, D) or (N, D), metres, NaN = missing.
+        fit: of these points.
+    """
+    x = np.asarray(points, dtype=np.float64)
+    away = x - fit.centre
+    distance = np.linalg.norm(away, axis=-1)
+    error = distance - np.nanmean(distance, axis=-1, keepdims=True)
+    seen = np.isfinite(distance) & (distance > 0)
+    u, square = away[seen] / distance[seen][:, None], error[seen] ** 2
+    dimension = x.shape[-1]
+    pairs = np.triu_indices(dimension)
+    products = u[:, pairs[0]] * u[:, pairs[1]] * np.where(pairs[0] == pairs[1], 1.0, 2.0)
+    level = square.mean()
+    flat = np.where(pairs[0] == pairs[1], 1.0, 0.0)
+    gram = products.T @ products
+    ridge = 0.01 * len(u) / dimension**2 * np.eye(len(flat))
+    entries = level * flat + np.linalg.solve(
+        gram + ridge, products.T @ (square - level * (products @ flat))
+    )
+    matrix = np.zeros((dimension, dimension))
+    matrix[pairs] = entries
+    matrix = np.triu(matrix) + np.triu(matrix, 1).T
+    values, axes = np.linalg.eigh(matrix)
+    return np.asarray((axes * np.maximum(values, 0.0)) @ axes.T)

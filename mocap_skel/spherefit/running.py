@@ -1,0 +1,107 @@
+"""IGDK: the centre after every sample, from a state whose size does not grow with their number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mocap_skel.spherefit.estimators import linear_system
+from mocap_skel.spherefit.moments import CHUNK, Array, Moments, central_moments
+
+
+@dataclass(frozen=True, eq=False)
+class RunningFit:
+    """What IGDK knows after some samples of M markers.
+
+    Attributes:
+        centre: (D,), metres; NaN until the samples determine it.
+        place: (M, D), where deviations are measured from: the first sample of each marker.
+        count: (M,) samples so far.
+        sums: (M, D + 2, D + 1), Σ f gᵀ with d = x - place, f = (d, |d|², 1), g = (d, |d|²).
+    """
+
+    centre: Array
+    place: Array
+    count: Array
+    sums: Array
+
+    @property
+    def moments(self) -> Moments:
+        """(M,): those of all samples so far, for any other estimator."""
+        return central_moments(self.count, self.place, self.sums)
+
+
+def igdk(samples: Iterable[ArrayLike], sigma: float = 0.0) -> Iterator[RunningFit]:
+    """Incremental GDK (thesis Table 4): one sample at a time, O(1) memory, a centre after each.
+
+    Exactly the running sums of `mgdk`, so that the last centre is the batch answer to rounding; the
+    system of D unknowns is solved anew each time, which costs less than keeping its inverse up to date
+    and does not drift.
+
+    Args:
+        samples: each (D,) for one marker or (M, D) for several about one centre; NaN = missing.
+        sigma: noise standard deviation, metres.
+    """
+    state: RunningFit | None = None
+    for sample in samples:
+        x = np.atleast_2d(np.asarray(sample, dtype=np.float64))
+        _, state = _advance(state, x[:, None], sigma)
+        yield state
+
+
+def running_centres(points: ArrayLike, sigma: float = 0.0) -> Array:
+    """The centres that `igdk` gives after each of N samples, (N, D), many samples at once.
+
+    Args:
+        points: (M, N, D) or (N, D), metres, NaN = missing.
+        sigma: noise standard deviation, metres.
+    """
+    x = np.asarray(points, dtype=np.float64)
+    x = x.reshape(-1, *x.shape[-2:])
+    centres = np.empty(x.shape[1:])
+    state: RunningFit | None = None
+    for k in range(0, x.shape[1], CHUNK // 8):
+        block = slice(k, k + CHUNK // 8)
+        centres[block], state = _advance(state, x[:, block], sigma)
+    return centres
+
+
+def _advance(state: RunningFit | None, x: Array, sigma: float) -> tuple[Array, RunningFit]:
+    """Centres (n, D) after each of n more samples x (M, n, D), and the state after the last."""
+    markers, _, dimension = x.shape
+    if state is None:
+        state = RunningFit(
+            np.full(dimension, np.nan), np.full((markers, dimension), np.nan), np.zeros(markers),
+            np.zeros((markers, dimension + 2, dimension + 1)),
+        )  # fmt: skip
+    seen: NDArray[np.bool_] = np.asarray(np.isfinite(x).all(axis=-1))
+    new = np.isnan(state.place[:, 0]) & seen.any(axis=-1)
+    first = x[np.arange(markers), seen.argmax(axis=-1)]
+    place = np.where(new[:, None], first, state.place)
+    d = np.where(seen[..., None], x - place[:, None], 0.0)
+    square = np.einsum("mnd,mnd->mn", d, d)[..., None]
+    f = np.concatenate([d, square, seen[..., None]], axis=-1)
+    sums = state.sums[:, None] + np.cumsum(f[..., :, None] * f[..., None, :-1], axis=1)
+    count = state.count[:, None] + np.cumsum(seen, axis=1)
+    m = central_moments(count.T, np.nan_to_num(place), sums.swapaxes(0, 1))
+    centres = _centres(m, sigma)
+    return centres, RunningFit(centres[-1], place, count[:, -1], sums[:, -1])
+
+
+def _centres(m: Moments, sigma: float) -> Array:
+    """(n, D): `mgdk` of moments (n, M), without what else it tells; NaN where it has no answer."""
+    middle, matrix, right = linear_system(m, sigma)
+    dimension = middle.shape[-1]
+    scale = np.trace(matrix, axis1=-2, axis2=-1)[..., None, None] / dimension
+    unit = matrix / np.where(scale > 0, scale, 1.0)
+    # The determinant of a matrix of trace D is at most 1, and rounding makes it some ulps of that.
+    good = (scale[:, 0, 0] > 0) & (np.linalg.det(unit) > 64 * np.finfo(float).eps)
+    good &= m.count.max(axis=-1) > dimension
+    unit[~good] = np.eye(dimension)
+    shift = np.linalg.solve(
+        unit, (right / np.where(scale[..., 0] > 0, scale[..., 0], 1.0))[..., None]
+    )
+    return np.where(good[:, None], middle + shift[..., 0], np.nan)
