@@ -6,12 +6,15 @@ from collections.abc import Container
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mocap_skel.association import Association, associate
+import numpy as np
+
+from mocap_skel.association import Assignment, Association, associate
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, FitError
 from mocap_skel.export import WRITERS, Options
 from mocap_skel.export.files import safe_name, write_all
 from mocap_skel.fit import SkeletonFit, fit_skeleton
+from mocap_skel.joint import BEST
 from mocap_skel.readers import read_clip
 
 
@@ -25,8 +28,8 @@ class Job:
         folder: where the results go; None renders them only.
         overwrite: whether existing files may be replaced.
         subject: fit this one only.
-        sigma: marker noise in metres, None = estimated.
-        pose: one of `fit.POSES`.
+        sigma: marker noise in metres, or three along the clip's axes; None = estimated.
+        pose, method, noise: as `fit_skeleton` takes them.
         unit, rate: in place of what the clip says.
         options: what the writers are told.
     """
@@ -36,11 +39,21 @@ class Job:
     folder: Path | None = None
     overwrite: bool = False
     subject: str | None = None
-    sigma: float | None = None
+    sigma: float | tuple[float, ...] | None = None
     pose: str = "least-squares"
+    method: str = BEST
+    noise: str = "rigid"
     unit: str | None = None
     rate: float | None = None
     options: Options = field(default_factory=Options)
+
+    def fit(self, clip: Clip, assignment: Assignment) -> SkeletonFit:
+        """One subject of a clip, fitted as the job says."""
+        sigma = np.diag(np.square(self.sigma)) if isinstance(self.sigma, tuple) else self.sigma
+        return fit_skeleton(
+            clip, assignment, self.association.skeleton, sigma=sigma, pose=self.pose,
+            method=self.method, noise=self.noise,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -102,9 +115,7 @@ def _fits(clip: Clip, job: Job, notes: list[str]) -> tuple[list[SkeletonFit], li
     for assignment in associate(clip, job.association, job.subject):
         mismatches = assignment.mismatches(job.association)
         try:
-            fit = fit_skeleton(
-                clip, assignment, job.association.skeleton, sigma=job.sigma, pose=job.pose
-            )
+            fit = job.fit(clip, assignment)
         except FitError as error:
             message = _named(assignment.subject, error.message)
             hint = "; ".join([*([error.hint] if error.hint else []), *mismatches])

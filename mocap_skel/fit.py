@@ -11,13 +11,17 @@ from numpy.typing import NDArray
 from mocap_skel.association import Assignment
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError
-from mocap_skel.joint import LEAST_SAMPLES, CentreFit, Frame, JointFit, fit_centre, unfitted
+from mocap_skel.joint import BEST, LEAST_SAMPLES, CentreFit, Frame, JointFit, fit_centre, unfitted
+from mocap_skel.noise import NOISES, clip_noise
 from mocap_skel.pose import Array, Pose, one_marker_pose
 from mocap_skel.shape import Shape, find_shape, median
 from mocap_skel.skeleton import Segment, Skeleton
+from mocap_skel.spherefit import METHODS, DegenerateSphereError
 from mocap_skel.text import listed
 
 POSES = ("least-squares", "triad")
+# Only these take away any but the same noise in all directions and of all markers.
+SHAPED = (BEST, "ugdk", "mgdk", "sgdk")
 # A marker nearer to its joint than so many radial residuals shows no direction.
 NO_DIRECTION = 3.0
 
@@ -93,8 +97,10 @@ def fit_skeleton(
     assignment: Assignment,
     skeleton: Skeleton,
     *,
-    sigma: float | None = None,
+    sigma: float | Array | None = None,
     pose: str = "least-squares",
+    method: str = BEST,
+    noise: str = "rigid",
 ) -> SkeletonFit:
     """Fit a skeleton to one subject of a clip.
 
@@ -102,17 +108,24 @@ def fit_skeleton(
         clip: the recording.
         assignment: which column of it is which marker.
         skeleton: the figure.
-        sigma: noise standard deviation of a marker in metres; estimated from the rigidity of the
-            segments if None.
+        sigma: noise standard deviation of a marker in metres, or its covariance (3, 3) along the
+            clip's axes, m²; estimated if None.
         pose: "least-squares" (all visible markers) or "triad" (three-point frames, thesis case 1).
+        method: the sphere fit, one of `spherefit.METHODS`; "best" is MGDK, with SGDK where a direction is
+            not shown.
+        noise: how it is estimated. "rigid": one level for the clip, from the rigidity of the segments.
+            "matrix": each segment's whole matrix, from the same residuals. "marker": a level for each
+            marker, from its own radial residuals, and weights that go with it.
 
     Raises:
+        ValueError: no such pose, method or noise, or two that do not go together.
         FitError: the root segment has no three markers that are seen together off a line, or no
             joint can be fitted.
     """
     if pose not in POSES:
         raise ValueError(f"pose must be one of {POSES}, got {pose!r}")
-    walk = _Walk(clip, assignment, skeleton, sigma, pose == "triad")
+    check_method(method, noise, sigma)
+    walk = _Walk(clip, assignment, skeleton, sigma, pose == "triad", method, noise)
     for segment in skeleton.segments:
         walk.visit(segment)
     if skeleton.joints and not any(joint.fitted for joint in walk.joints):
@@ -132,6 +145,22 @@ def fit_skeleton(
     )
 
 
+def check_method(method: str, noise: str, sigma: object) -> None:
+    """Refuse a method, a noise, or two of them that do not go together.
+
+    Raises:
+        ValueError: says which.
+    """
+    if method not in (BEST, *METHODS):
+        raise ValueError(f"method must be one of {(BEST, *METHODS)}, got {method!r}")
+    if noise not in NOISES:
+        raise ValueError(f"noise must be one of {NOISES}, got {noise!r}")
+    if noise != "rigid" and sigma is not None:
+        raise ValueError(f"the noise is given, so it is not to be estimated as {noise!r}")
+    if method not in SHAPED and (noise != "rigid" or isinstance(sigma, np.ndarray | tuple)):
+        raise ValueError(f"{method} takes no noise matrix and no noise of each marker")
+
+
 class _Walk:
     """What the walk has found so far; one use, inside `fit_skeleton`."""
 
@@ -140,10 +169,13 @@ class _Walk:
         clip: Clip,
         assignment: Assignment,
         skeleton: Skeleton,
-        sigma: float | None,
+        sigma: float | Array | None,
         triad: bool,
+        method: str,
+        noise: str,
     ) -> None:
         self.clip, self.skeleton, self.triad = clip, skeleton, triad
+        self.method = method
         self.notes: list[str] = []
         self.lost: list[str] = []
         self.segments: dict[str, SegmentFit] = {}
@@ -160,10 +192,8 @@ class _Walk:
             for name, points in self.points.items()
             if points.shape[1] >= 3 and (found := find_shape(points)) is not None
         }
-        # Skin and swapped markers only ever add to a shape's residual, so the more rigid segments
-        # tell of the cameras; the very first may be some that the lab's software has filled in.
-        rigid = sorted(shape.sigma for shape, _ in self.shapes.values()) or [0.0]
-        self.sigma = rigid[len(rigid) // 3] if sigma is None else sigma
+        self.noise = clip_noise(self.points, self.shapes, sigma, noise)
+        self.sigma = self.noise.sigma
 
     def _seen(self, segment: str, columns: dict[str, int]) -> dict[str, int]:
         there = {
@@ -201,7 +231,12 @@ class _Walk:
             reason = f"{segment.parent} has no pose"
         elif not markers:
             reason = f"no marker on {segment.name}"
-        joint = None if reason else self._joint(segment)
+        joint = None
+        if not reason:
+            try:
+                joint = self._joint(segment)
+            except DegenerateSphereError as error:
+                reason = f"{self.method.upper()}: {error.message}"
         if joint is None:
             reason = reason or (
                 f"{segment.name} and {segment.parent} are seen together in fewer than "
@@ -232,6 +267,9 @@ class _Walk:
             self.sigma,
             max(own[0].sigma if own else 0.0, self.sigma),
             self.frames[segment.parent],
+            self.method,
+            self.noise.in_frame(parent.pose, segment.name),
+            each=self.noise.each,
         )
         if found is None:
             return None

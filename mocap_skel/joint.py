@@ -15,8 +15,10 @@ from mocap_skel.spherefit import (
     centre_covariance,
     coverage_angle,
     effective_counts,
+    fit_sphere,
+    isotropic,
+    marker_noise,
     radial_variance,
-    sgdk,
     sphere_moments,
 )
 
@@ -29,6 +31,8 @@ SAFE_ERROR = 0.01
 SAFE_RESIDUAL = 0.01
 # Metres: skin on a person who stands still moves that much, however smooth the clip.
 LEAST_SPREAD = 0.003
+# The method that suits a joint: UGDK, MGDK or SGDK, and no sphere that the data do not show.
+BEST = "best"
 VERDICTS = ("no", "weak", "yes")
 # _CROSS[j] @ v is the j-th unit vector × v.
 _CROSS = np.array(
@@ -58,7 +62,8 @@ class CentreFit:
         angle: half-angle (radians) of the cap with the same weakest standard deviation.
         determined: "yes", "weak" or "no".
         reason: the verdict in plain words, "" for yes.
-        method: UGDK (one marker), MGDK (several), SGDK (a direction had to be left out).
+        method: the estimator: of its own accord UGDK (one marker), MGDK (several), SGDK (a direction
+            had to be left out).
         axis: (3,) in the parent's frame: a hinge's axis, otherwise the direction that is most square to
             the lines from the centre to the markers.
         hinge: whether one direction, and only one, was left out: the joint turns about it.
@@ -137,7 +142,16 @@ def unfitted(joint: str, parent: str, child: str, frames: int, reason: str) -> J
     )  # fmt: skip
 
 
-def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> CentreFit | None:
+def fit_centre(
+    inside: Array,
+    sigma: float,
+    own_sigma: float,
+    frame: Frame,
+    method: str = BEST,
+    noise: Array | None = None,
+    *,
+    each: bool = False,
+) -> CentreFit | None:
     """The common centre of the child's markers in the parent's frame.
 
     Args:
@@ -145,13 +159,19 @@ def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> C
         sigma: noise standard deviation of a marker.
         own_sigma: the same as the child's own rigid shape shows it, skin movement included.
         frame: the parent's frame.
+        method: one of `spherefit.METHODS`, or `BEST`.
+        noise: (3, 3) Σ̂ / sigma² of a marker in the parent's frame; the unit matrix if None.
+        each: take each marker's noise from its own radial residuals instead, and weigh it by that.
 
     Returns:
         None where no marker has enough samples. A marker that is never seen has the radius NaN.
+
+    Raises:
+        DegenerateSphereError: the method has no answer for these samples; `BEST` always has one.
     """
     there = np.asarray(np.isfinite(inside[..., 0]).any(axis=0))
     if not there.all():
-        found = fit_centre(inside[:, there], sigma, own_sigma, frame)
+        found = fit_centre(inside[:, there], sigma, own_sigma, frame, method, noise, each=each)
         if found is None:
             return None
         radius = np.full(len(there), np.nan)
@@ -163,11 +183,12 @@ def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> C
     eye = np.broadcast_to(np.eye(3), (inside.shape[1], 3, 3))
     lever = _Lever.of(frame)
     leverage = np.zeros_like(eye) if lever is None else lever.covariance(moments)
-    # Each joint uses the clip's measured noise, but never more than its own points' residual shows:
-    # one level for all that is taken away.
-    level = float(allowed_sigma(moments, sigma, eye + leverage))
-    skew = 0.0 if lever is None else level**2 * lever.third_moment(moments, inside)
-    fit = sgdk(replace(moments, third=moments.third - skew), level, eye + leverage)
+    if each:
+        fit = _weighted_fit(inside, moments, method)
+    else:
+        fit = _fit(
+            inside, moments, method, sigma, (eye if noise is None else noise) + leverage, lever
+        )
     away = np.linalg.norm(inside - fit.centre, axis=-1)
     seen = np.isfinite(away)
     counts = seen.sum(axis=0)
@@ -184,6 +205,7 @@ def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> C
     covariance = _covariance(moments, fit, effective, sigma, frame_noise, shown[0] == "yes")
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     determined, reason = min(
+        ("yes", "") if fit.converged else ("no", f"{method.upper()} did not converge"),
         shown,
         _trusted(residual, _worst_error(covariance)),
         (frame.limit, frame.doubt),
@@ -201,10 +223,46 @@ def fit_centre(inside: Array, sigma: float, own_sigma: float, frame: Frame) -> C
         angle=float(coverage_angle(weakest, _root_mean_square(fit.radius))),
         determined=determined,
         reason=reason,
-        method="SGDK" if rank < 3 else "UGDK" if len(counts) == 1 else "MGDK",
+        method=_name(method, rank, len(counts)),
         axis=fit.axes[:, 0] if rank == 2 else _square_axis(moments, fit),
         hinge=rank == 2,
     )
+
+
+def _name(method: str, rank: int, markers: int) -> str:
+    """What a fit is called: UGDK of several markers is MGDK, and of one the other way round."""
+    if method not in (BEST, "ugdk", "mgdk"):
+        return method.upper()
+    return "SGDK" if rank < 3 else "UGDK" if markers == 1 else "MGDK"
+
+
+def _fit(
+    inside: Array, moments: Moments, method: str, sigma: float, noise: Array, lever: _Lever | None
+) -> SphereFit:
+    """The sphere fit with the clip's noise, (M, 3, 3) for a sigma of 1, taken away by what can take it."""
+    points = np.swapaxes(inside, 0, 1)
+    if method in ("gdke", "lls", "mle", "pratt"):
+        return fit_sphere(points, method, moments=moments)
+    # Each joint uses the clip's measured noise, but never more than its own points' residual shows:
+    # one level for all that is taken away.
+    level = float(allowed_sigma(moments, sigma, noise))
+    if method == "igdk":
+        return fit_sphere(points, method, sigma=level, moments=moments)
+    skew = 0.0 if lever is None else level**2 * lever.third_moment(moments, inside)
+    return fit_sphere(
+        points, "sgdk" if method == BEST else method, sigma=level, noise=noise,
+        moments=replace(moments, third=moments.third - skew),
+    )  # fmt: skip
+
+
+def _weighted_fit(inside: Array, moments: Moments, method: str) -> SphereFit:
+    """The sphere fit with each marker's own noise, by the fixed point, and the weight that it deserves."""
+    found = marker_noise(moments)
+    fit = fit_sphere(
+        np.swapaxes(inside, 0, 1), "sgdk" if method == BEST else method, sigma=1.0,
+        noise=isotropic(found.sigma, 3), weights=found.weights, moments=moments,
+    )  # fmt: skip
+    return replace(fit, sigma=fit.sigma * _root_mean_square(found.sigma))
 
 
 def _square_axis(moments: Moments, fit: SphereFit) -> Array:

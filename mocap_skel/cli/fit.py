@@ -33,14 +33,10 @@ FORMATS = ("csv", "bvh")
 )  # fmt: skip
 @options.output
 @options.overwrite
-@click.option(
-    "--sigma", type=options.Length(), metavar="LENGTH", show_default="estimated",
-    help="Noise standard deviation of a marker, with its unit: 1mm.",
-)  # fmt: skip
-@click.option(
-    "--pose", type=click.Choice(["least-squares", "triad"]), default="least-squares",
-    show_default=True, help="Segment poses from all visible markers, or from three.",
-)  # fmt: skip
+@options.sigma
+@options.pose
+@options.method
+@options.noise
 @click.option(
     "--up", type=click.Choice(["x", "y", "z"]), help="Turn the results so that this axis points up."
     "  [default: as in the clip; y for bvh]",
@@ -58,8 +54,10 @@ def command(
     formats: tuple[str, ...],
     output: str,
     overwrite: bool,
-    sigma: float | None,
+    sigma: float | tuple[float, ...] | None,
     pose: str,
+    method: str,
+    noise: str,
     up: str | None,
     trim: bool,
     unit: str | None,
@@ -90,7 +88,12 @@ def command(
     from mocap_skel.association import read_association
     from mocap_skel.batch import Job, process
     from mocap_skel.export import Options
+    from mocap_skel.fit import check_method
 
+    try:
+        check_method(method, noise, sigma)
+    except ValueError as error:
+        raise CallError(str(error)) from error
     job = Job(
         association=read_association(association, skeleton),
         formats=tuple(dict.fromkeys(formats)),
@@ -99,6 +102,8 @@ def command(
         subject=subject,
         sigma=sigma,
         pose=pose,
+        method=method,
+        noise=noise,
         unit=unit,
         rate=rate,
         options=Options(up, trim),

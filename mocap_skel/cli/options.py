@@ -39,6 +39,16 @@ class Length(click.ParamType):  # type: ignore[type-arg]  # generic from click 8
         return metres
 
 
+class Lengths(Length):
+    """A length with its unit, or three of them for the axes x, y, z."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        metres = tuple(super(Lengths, self).convert(v, param, ctx) for v in str(value).split(","))
+        if len(metres) not in (1, 3):
+            self.fail(f"{value!r}: one length, or three for x, y and z: 1mm,1mm,3mm", param, ctx)
+        return metres if len(metres) == 3 else metres[0]
+
+
 clips = click.argument(
     "clips", nargs=-1, required=True, metavar="CLIP.c3d...", type=click.Path(path_type=Path)
 )
@@ -54,6 +64,25 @@ skeleton = click.option(
 subject = click.option(
     "--subject", metavar="NAME", help="Only this subject of a clip that holds several."
 )
+sigma = click.option(
+    "--sigma", type=Lengths(), metavar="LENGTH[,Y,Z]", show_default="estimated",
+    help="Noise standard deviation of a marker, with its unit: 1mm; or along the clip's x, y, z.",
+)  # fmt: skip
+pose = click.option(
+    "--pose", type=click.Choice(["least-squares", "triad"]), default="least-squares",
+    show_default=True, help="Segment poses from all visible markers, or from three.",
+)  # fmt: skip
+method = click.option(
+    "--method", default="best", show_default=True,
+    type=click.Choice(["best", "gdke", "ugdk", "mgdk", "sgdk", "igdk", "lls", "mle", "pratt"]),
+    help="Sphere fit. best: MGDK, and SGDK where a direction is not shown; the others are there to "
+    "compare (mocap-skel methods).",
+)  # fmt: skip
+noise = click.option(
+    "--noise", type=click.Choice(["rigid", "matrix", "marker"]), default="rigid", show_default=True,
+    help="How the noise is estimated: one level from the segments' rigidity, a whole matrix a segment "
+    "from the same, or a level for each marker from its own residuals.",
+)  # fmt: skip
 output = click.option(
     "-o", "--output", default=".", metavar="DIR", show_default="current folder",
     help="Folder for the results; - sends one clip's first format to standard output.",

@@ -15,7 +15,6 @@ from mocap_skel.spherefit.estimators import (
     mgdk,
     pratt,
     sgdk,
-    ugdk,
 )
 from mocap_skel.spherefit.least_squares import lls, mle
 from mocap_skel.spherefit.moments import Moments, sphere_moments
@@ -41,7 +40,7 @@ def fit_sphere(
             & Lasenby 2002, pratt is Chang & Pollard 2007.
         sigma: noise standard deviation, metres; Pratt's if None. gdke, lls, mle and pratt need none.
         noise: Σ̂_p / sigma², (M, D, D) or (D, D), for ugdk, mgdk and sgdk; the unit matrix if None.
-        weights: (M,), for mgdk and sgdk.
+        weights: (M,), for ugdk, mgdk and sgdk.
         moments: those of the points, where they are known already or have been corrected.
 
     Raises:
@@ -58,7 +57,7 @@ def fit_sphere(
 
     calls: dict[str, Callable[[], SphereFit]] = {
         "gdke": lambda: gdke(m),
-        "ugdk": lambda: ugdk(m, level(), noise),
+        "ugdk": lambda: mgdk(m, level(), noise, weights),
         "mgdk": lambda: mgdk(m, level(), noise, weights),
         "sgdk": lambda: sgdk(m, sigma, noise, weights),
         "igdk": lambda: _last_of_running(points, m, level()),

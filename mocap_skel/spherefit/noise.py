@@ -24,16 +24,13 @@ class MarkerNoise:
 
     Attributes:
         sigma: (..., M), metres.
+        weights: (..., M), what the samples of each are worth (`marker_weights`).
         converged: (...), whether the fixed point was reached.
     """
 
     sigma: Array
+    weights: Array
     converged: NDArray[np.bool_]
-
-    @property
-    def shape(self) -> Array:
-        """(..., M, 3, 3): Σ̂_p for the estimators, to go with a sigma of 1."""
-        return isotropic(self.sigma, 3)
 
 
 def isotropic(sigma: ArrayLike, dimension: int) -> Array:
@@ -77,7 +74,8 @@ def marker_noise(m: Moments, *, bounded: bool = True) -> MarkerNoise:
         sigma2, radius = found, np.where(np.isfinite(fit.radius), fit.radius, radius)
         if bool((change <= 1e-10).all()):
             break
-    return MarkerNoise(np.sqrt(sigma2), np.asarray(change <= 1e-6))
+    sigma = np.sqrt(sigma2)
+    return MarkerNoise(sigma, marker_weights(radius, sigma), np.asarray(change <= 1e-6))
 
 
 def marker_weights(radius: ArrayLike, sigma: ArrayLike) -> Array:
