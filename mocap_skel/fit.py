@@ -36,6 +36,7 @@ class SegmentFit:
         template: markers in the segment's own coordinates, name → (3,).
         joint: (3,) the joint towards the parent in the segment's own coordinates; None for the root.
         end: (3,) the end point of a leaf in the segment's own coordinates; None for the others.
+        drawn_through: names of the three points that give its axes; empty for a segment of one marker.
     """
 
     name: str
@@ -43,6 +44,7 @@ class SegmentFit:
     template: dict[str, Array]
     joint: Array | None
     end: Array | None
+    drawn_through: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -370,7 +372,10 @@ class _Walk:
         if segment in self.skeleton.leaves and segment.parent is not None:
             chosen = [template[m] for m in segment.ends if m in template]
             end = np.mean(chosen or list(template.values()), axis=0)
-        self.segments[segment.name] = SegmentFit(segment.name, pose, template, joint, end)
+        # The joint is the last point of a shape that has it.
+        names = [*self.markers[segment.name], segment.joint or ""]
+        through = tuple(names[i] for i in shape.chosen)
+        self.segments[segment.name] = SegmentFit(segment.name, pose, template, joint, end, through)
         self.frames[segment.name] = frame
 
 

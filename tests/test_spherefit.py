@@ -1,4 +1,4 @@
-"""Sphere fits against their laws: moments, exactness, bias and spread under noise, bounds, hinges.
+"""Sphere fits against their laws: moments, exactness, bias and spread under noise, hinges.
 
 θ is the half-angle of the cap that the points cover. Tolerances come from three laws:
 
@@ -9,24 +9,39 @@
 - samples: a term of order 1/N that the law of large numbers leaves out is allowed for by name.
 """
 
+import tracemalloc
 from fractions import Fraction
 from functools import reduce
 
 import numpy as np
 import pytest
 import scipy.linalg
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from spheres import (
+    DEGENERATE,
+    EPS,
+    LAWS,
+    SEEDS,
+    arc,
+    assert_same,
+    bound,
+    cap,
+    cap_law,
+    direction,
+    markers_on_spheres,
+    rotation,
+    rounding,
+    stack,
+)
 
 from mocap_skel.spherefit import (
     DegenerateSphereError,
     Moments,
-    centre_covariance,
-    coverage_angle,
-    effective_counts,
     gdke,
     merge_moments,
     mgdk,
+    moments,
     pratt,
     radial_variance,
     sgdk,
@@ -34,75 +49,12 @@ from mocap_skel.spherefit import (
     ugdk,
 )
 
-LAWS = settings(derandomize=True, deadline=None, max_examples=40, database=None)
-SEEDS = st.integers(0, 2**32 - 1)
-EPS = np.finfo(float).eps
-FIELDS = ("count", "mean", "covariance", "third", "fourth")
 ESTIMATORS = {
     "gdke": gdke,
     "mgdk": lambda m: mgdk(m, 0.001),
     "pratt": pratt,
     "sgdk": sgdk,
 }
-
-
-def cap(rng, shape, degrees, radius=1.0, dimension=3):
-    """Points (*shape, D) within a half-angle of the last axis about the origin; even for D = 3."""
-    theta = np.radians(degrees)
-    u = rng.uniform(size=shape)
-    if dimension == 3:
-        angle = np.arccos(1 - u * (1 - np.cos(theta)))
-    else:
-        angle = theta * u ** (1 / (dimension - 1))
-    side = rng.normal(size=(*shape, dimension - 1))
-    side /= np.linalg.norm(side, axis=-1, keepdims=True)
-    return radius * np.concatenate(
-        [np.sin(angle)[..., None] * side, np.cos(angle)[..., None]], axis=-1
-    )
-
-
-def arc(rng, shape, degrees, radius=1.0, height=0.0):
-    """Points (*shape, 3) on an arc of ± degrees about the z axis, at a height."""
-    a = np.radians(degrees) * rng.uniform(-1, 1, shape)
-    return np.stack([radius * np.cos(a), radius * np.sin(a), np.full(shape, height)], axis=-1)
-
-
-def rotation(rng, dimension=3):
-    q, r = np.linalg.qr(rng.normal(size=(dimension, dimension)))
-    q = q * np.sign(np.diag(r))
-    q[:, 0] *= np.sign(np.linalg.det(q))
-    return q
-
-
-def direction(rng, dimension=3):
-    v = rng.normal(size=dimension)
-    return v / np.linalg.norm(v)
-
-
-def rounding(degrees, distance, radius):
-    """Relative error of the centre that rounding of the points' coordinates makes."""
-    return 8 * EPS * (1 + distance / radius) / np.sin(np.radians(degrees) / 2) ** 2
-
-
-def markers_on_spheres(rng, counts, noise, degrees=60.0):
-    """Noisy caps of different radii about one centre, a list of (N_p, 3), and their moments."""
-    points = [
-        cap(rng, (n,), degrees, 0.1 + 0.1 * p) @ rotation(rng).T + noise * rng.normal(size=(n, 3))
-        for p, n in enumerate(counts)
-    ]
-    return points, stack([sphere_moments(x) for x in points])
-
-
-def stack(moments):
-    return Moments(*(np.stack([getattr(m, name) for m in moments]) for name in FIELDS))
-
-
-def assert_same(a, b, tolerance, width):
-    """Moments agree to a relative tolerance of the width of the points to the right power."""
-    np.testing.assert_array_equal(a.count, b.count)
-    for power, name in enumerate(FIELDS[1:], start=1):
-        allowed = tolerance * width**power
-        np.testing.assert_allclose(getattr(a, name), getattr(b, name), rtol=0, atol=allowed)
 
 
 # Moments
@@ -205,6 +157,241 @@ def test_fewer_than_two_points_have_no_spread():
 def test_a_single_point_is_no_array_of_points():
     with pytest.raises(ValueError, match=r"shape \(\.\.\., N, D\), got \(3,\)"):
         sphere_moments([1.0, 2.0, 3.0])
+
+
+# Moments of many points, which are summed in chunks
+
+
+def direct_moments(x):
+    """The definition in two passes and more digits, of the points (N, D) without a NaN."""
+    x = np.asarray(x, dtype=np.longdouble)
+    x = x[np.isfinite(x).all(axis=1)]
+    below = max(len(x) - 1, 1)
+    mean = x.mean(axis=0)
+    d = x - mean
+    square = (d**2).sum(axis=1)
+    sums = (d.T @ d / below, d.T @ square / below, square @ square / below)
+    return Moments(np.array(float(len(x))), *(np.asarray(v, dtype=float) for v in (mean, *sums)))
+
+
+def summing(count):
+    """Relative error of a running sum of N terms.
+
+    Each addition is rounded by half an ulp at most, at random: eps √(N/12) of the mean sum, which is
+    half the last one, and four standard deviations of that. The product of a small fourth moment's
+    rounding with the four times that the mean takes part in it is some eight eps more.
+    """
+    return EPS * (8 + np.sqrt(count / 3))
+
+
+def width_from_place(x, looked_at=32):
+    """Root mean square distance of the points from the mean of those that are looked at first."""
+    x = x[np.isfinite(x).all(axis=1)]
+    some = x[:: max(len(x) // looked_at, 1)]
+    return np.sqrt(((x - some.mean(axis=0)) ** 2).sum(axis=1).mean())
+
+
+@pytest.mark.parametrize(
+    "size", [moments.CHUNK - 1, moments.CHUNK, moments.CHUNK + 1, 3 * moments.CHUNK + 123]
+)
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_chunks_of_many_points_add_up_to_the_direct_sums(size, dimension):
+    rng = np.random.default_rng(42)
+    x = cap(rng, (size,), 60, 0.1, dimension) + 10.0 * direction(rng, dimension)
+    got, expected = sphere_moments(x), direct_moments(x)
+    np.testing.assert_allclose(got.mean, expected.mean, rtol=0, atol=2 * EPS * 10.1)
+    got = Moments(got.count, expected.mean, got.covariance, got.third, got.fourth)
+    assert_same(got, expected, summing(size), width_from_place(x))
+
+
+@given(
+    seed=SEEDS,
+    chunk=st.integers(1, 60),
+    sets=st.integers(1, 7),
+    size=st.integers(0, 40),
+    dimension=st.integers(1, 4),
+    lost=st.sampled_from([0.0, 0.1, 0.9]),
+)
+@LAWS
+def test_no_size_of_chunks_changes_the_moments(seed, chunk, sets, size, dimension, lost):
+    rng = np.random.default_rng(seed)
+    x = rng.normal(size=(sets, size, dimension)) + 3.0
+    # Some sets only miss points, and one misses all of them.
+    gone = rng.random((sets, size)) < lost * (np.arange(sets) % 2)[:, None]
+    gone[-1] |= lost > 0.5
+    x[gone, 0] = np.nan
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(moments, "CHUNK", chunk)
+        got = sphere_moments(x)
+    for p in range(sets):
+        if gone[p].all():
+            assert_same(got[p], sphere_moments(x[p, :0]), 0.0, 1.0)
+        else:
+            width = width_from_place(x[p]) + 1.0  # a single point has none, but is 3 m away
+            assert_same(got[p], direct_moments(x[p]), summing(size), width)
+
+
+MISSING = {
+    "nothing": np.s_[:0],
+    "the first point": np.s_[:1],
+    "the first chunk and more": np.s_[: moments.CHUNK + 5],
+    "every third point": np.s_[::3],
+    "all but the last three": np.s_[:-3],
+    "everything": np.s_[:],
+}
+
+
+@pytest.mark.parametrize("coordinate", [0, 2])
+@pytest.mark.parametrize("what", MISSING)
+def test_points_missing_from_some_sets_of_many_points_leave_the_others_alone(what, coordinate):
+    rng = np.random.default_rng(43)
+    size = moments.CHUNK + 1000
+    x = cap(rng, (3, size), 60, 0.1) + 10.0 * direction(rng)
+    x[1, MISSING[what], coordinate] = np.nan
+    got = sphere_moments(x)
+    for p in (0, 2):
+        assert_same(got[p], sphere_moments(x[p]), summing(size), width_from_place(x[p]))
+    there = np.isfinite(x[1]).all(axis=1)
+    assert got.count.tolist() == [size, there.sum(), size]
+    if not there.any():
+        np.testing.assert_array_equal(got.mean[1], 0.0)
+        assert not got.covariance[1].any() and got.fourth[1] == 0
+        return
+    expected = direct_moments(x[1])
+    np.testing.assert_allclose(got.mean[1], expected.mean, rtol=0, atol=2 * EPS * 10.1)
+    one = got[1]
+    one = Moments(one.count, expected.mean, one.covariance, one.third, one.fourth)
+    assert_same(one, expected, summing(size), width_from_place(x[1]))
+
+
+def test_an_infinite_coordinate_is_a_missing_point():
+    x = np.random.default_rng(44).normal(size=(50, 3))
+    x[3, 1], x[7, 0], x[0, 2] = np.inf, -np.inf, np.nan
+    seen = np.isfinite(x).all(axis=1)
+    assert_same(sphere_moments(x), sphere_moments(x[seen]), summing(50), width_from_place(x))
+
+
+@pytest.mark.parametrize("kind", ["f4", "f8", ">f8", "i2", "i8", "u1", "list", "bool"])
+def test_any_kind_of_number_is_worked_on_in_double_precision(kind):
+    x = np.random.default_rng(45).integers(0, 200, (100, 3))
+    points = x.tolist() if kind == "list" else x.astype(kind)
+    # The same values in the same order: the same sums to the last digit.
+    expected = sphere_moments(np.asarray(points, dtype=np.float64))
+    assert_same(sphere_moments(points), expected, 0.0, 1.0)
+
+
+def test_single_precision_loses_no_more_than_its_own_digits():
+    rng = np.random.default_rng(46)
+    x = (cap(rng, (1000,), 60, 0.1) + [1.0, 2.0, 3.0]).astype(np.float32)
+    x[::7, 1] = np.nan
+    got, expected = sphere_moments(x), sphere_moments(x.astype(np.float64))
+    assert got.covariance.dtype == np.float64
+    assert_same(got, expected, 0.0, 1.0)
+
+
+LAYOUTS = {
+    "frames first": lambda x: np.ascontiguousarray(x.swapaxes(0, 1)).swapaxes(0, 1),
+    "Fortran's order": np.asfortranarray,
+    "every second row of a larger array": lambda x: np.repeat(x, 2, axis=1)[:, ::2],
+    "a part of a wider array": lambda x: np.concatenate([x, x], axis=2)[..., :3],
+    "backwards in memory": lambda x: x[:, ::-1].copy()[:, ::-1],
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_the_layout_in_memory_is_nothing_and_the_points_are_only_read(layout):
+    rng = np.random.default_rng(47)
+    x = cap(rng, (4, 300), 60) + 3.0
+    x[1, ::4] = np.nan
+    points = LAYOUTS[layout](x)
+    points.flags.writeable = False
+    np.testing.assert_array_equal(points, x)
+    assert not points.flags.c_contiguous
+    assert_same(sphere_moments(points), sphere_moments(x), summing(300), 1.0)
+
+
+def most_memory(call):
+    """Bytes that a call holds at once, beyond what was there before it."""
+    tracemalloc.start()
+    try:
+        before, _ = tracemalloc.get_traced_memory()
+        call()
+        return tracemalloc.get_traced_memory()[1] - before
+    finally:
+        tracemalloc.stop()
+
+
+SEEN = {
+    "all of them": lambda x: x,
+    "one of a thousand is missing": lambda x: np.put(x, np.arange(0, x.size, 3000), np.nan),
+    "one of a thousand is there": lambda x: np.copyto(
+        x, np.nan, where=(np.arange(len(x)) % 1000 != 7)[:, None]
+    ),
+}
+
+
+@pytest.mark.parametrize("seen", SEEN)
+def test_memory_does_not_grow_with_the_points(seen):
+    x = np.random.default_rng(48).random((2_000_000, 3))
+    SEEN[seen](x)
+    # 48 MB of points. A chunk of five features is 0.7 MB; a mask of bytes for all points would be 2.
+    most, tenth = (most_memory(lambda n=n: sphere_moments(x[:n])) for n in (2_000_000, 200_000))
+    assert most < 4e6
+    assert most - tenth < 1e5
+
+
+def test_memory_does_not_grow_with_frames_that_come_first():
+    # A clip's own order, (frames, markers, 3), looked at marker by marker.
+    x = np.random.default_rng(49).random((500_000, 4, 3)).swapaxes(0, 1)
+    most, tenth = (most_memory(lambda n=n: sphere_moments(x[:, :n])) for n in (500_000, 50_000))
+    assert most < 4e6
+    assert most - tenth < 1e5
+
+
+@pytest.mark.parametrize("size", [1000, 200_000])
+@pytest.mark.parametrize("degrees", [20, 180])
+def test_a_sphere_of_ten_centimetres_ten_metres_away_is_exact(degrees, size):
+    rng = np.random.default_rng(50)
+    for _ in range(5):
+        centre = 10.0 * direction(rng)
+        x = cap(rng, (size,), degrees, 0.1) @ rotation(rng).T + centre
+        error = np.linalg.norm(gdke(sphere_moments(x)).centre - centre) / 0.1
+        assert error <= rounding(degrees, 10, 0.1) < 1e-9
+
+
+def orders(x, looked_at):
+    """Arrangements in which the points that are looked at first say little of the rest."""
+    height = np.argsort(x[:, 2])
+    stride = len(x) // looked_at
+    odd = np.arange(len(x)) % stride == 0
+    best, worst = x.copy(), x.copy()
+    best[odd] = x[height[-1]]  # all the same point, on top
+    worst[odd] = -x[height[-1]]  # and the opposite pole, which no other point is near
+    return {
+        "sorted": x[height],
+        "the same point again and again": best,
+        "the opposite pole of the sphere": worst,
+    }
+
+
+@pytest.mark.parametrize("size", [32_000, 100_000])
+@pytest.mark.parametrize(
+    "order", ["sorted", "the same point again and again", "the opposite pole of the sphere"]
+)
+def test_a_place_that_is_not_representative_costs_rounding_only(order, size):
+    rng = np.random.default_rng(51)
+    shift = 10.0 * direction(rng)
+    x = orders(cap(rng, (size,), 20, 0.1), 32)[order]
+    spread = np.sqrt(np.linalg.eigvalsh(np.cov(x.T))[0])
+    got, expected = sphere_moments(x + shift), direct_moments(x + shift)
+    np.testing.assert_allclose(got.mean, expected.mean, rtol=0, atol=2 * EPS * 10.1)
+    same = Moments(got.count, expected.mean, got.covariance, got.third, got.fourth)
+    width = width_from_place(x)
+    assert_same(same, expected, summing(size), width)
+    # C is off by that share of the width² and S of its cube: the centre by them over the weakest λ.
+    # Its points were rounded at 10 m, which a cap turns into 1 / sin²(θ/2) of it.
+    tolerance = summing(size) * width**3 / spread**2 + 0.1 * rounding(20, 10, 0.1)
+    np.testing.assert_allclose(gdke(got).centre, shift, rtol=0, atol=tolerance)
 
 
 # Laws of every estimator
@@ -405,19 +592,6 @@ def noisy_caps(level, seed=13):
     rng = np.random.default_rng(seed)
     x = cap(rng, (TRIALS, count), degrees) + sigma * rng.normal(size=(TRIALS, count, 3))
     return sphere_moments(x)[:, None]
-
-
-def cap_law(degrees):
-    """Mean height of a uniform cap of the unit sphere, and its variance along the axis."""
-    half = np.sin(np.radians(degrees) / 2) ** 2
-    return 1 - half, half**2 / 3
-
-
-def bound(sigma, degrees, count):
-    """The thesis's CRLB of the centre: standard deviations across and along the cap's axis."""
-    half = np.sin(np.radians(degrees) / 2) ** 2
-    across = 3 / (half * (2 + np.cos(np.radians(degrees))))
-    return sigma / np.sqrt(count) * np.sqrt([across, across, 3 / half**2])
 
 
 @pytest.mark.parametrize("level", LEVELS)
@@ -739,22 +913,6 @@ def test_a_direction_is_dropped_for_the_noise_in_that_direction():
     assert abs((fit.centre - x.mean(axis=0)) @ fit.null) <= 100 * EPS
 
 
-def degenerate_sets():
-    rng = np.random.default_rng(25)
-    line = direction(rng)
-    plane = arc(rng, (50,), 60) @ rotation(rng).T + 1.0
-    return {
-        "too few": (cap(rng, (3,), 90), "at least 4 points"),
-        "no points": (np.full((10, 3), np.nan), "at least 4 points"),
-        "a line": (rng.uniform(-1, 1, (50, 1)) * line + 1.0, "do not span a sphere"),
-        "a plane": (plane, "do not span a sphere"),
-        "all equal": (np.tile(rng.normal(size=3), (50, 1)), "do not span a sphere"),
-    }
-
-
-DEGENERATE = degenerate_sets()
-
-
 @pytest.mark.parametrize("case", DEGENERATE)
 @pytest.mark.parametrize("name", ["gdke", "mgdk"])
 def test_degenerate_points_are_an_error(name, case):
@@ -830,170 +988,3 @@ def test_too_much_noise_is_nan_for_that_member_only():
     fit = mgdk(m, [0.001, 1.0], strict=False)
     assert np.isfinite(fit.centre[0]).all() and np.isnan(fit.centre[1]).all()
     assert np.isnan(mgdk(m[0, 0], 1.0, strict=False).radius)
-
-
-# How well the centre is known
-
-
-@pytest.mark.parametrize("degrees", [1, 10, 45, 90, 135, 179, 180])
-def test_coverage_angle_inverts_the_spread_of_a_uniform_cap(degrees):
-    _, variance = cap_law(degrees)
-    radius = 0.3
-    angle = coverage_angle(radius * np.sqrt(variance), radius)
-    # The arcsine near 1 turns rounding into its root.
-    assert np.degrees(angle) == pytest.approx(degrees, rel=1e-12, abs=1e-5 if degrees > 170 else 0)
-
-
-def test_coverage_angle_stays_in_its_range():
-    np.testing.assert_array_equal(
-        coverage_angle([0.0, 1.0, 0.1], [1.0, 1.0, 0.0]), [0, np.pi, np.pi]
-    )
-
-
-def test_coverage_angle_of_points_is_their_half_angle():
-    m = sphere_moments(cap(np.random.default_rng(31), (20, 4000), 60, 0.2))[:, None]
-    fit = gdke(m)
-    angle = np.degrees(coverage_angle(np.sqrt(fit.spread[:, 0]), fit.radius[:, 0]))
-    # θ is as the fourth root of λ, whose relative standard deviation for a uniform height (kurtosis
-    # 1.8) is √(0.8/N); tan(θ/2)·2 turns a relative error of sin² to one of θ.
-    error = np.degrees(np.tan(np.pi / 6)) * 0.5 * np.sqrt(0.8 / 4000)
-    assert np.abs(angle - 60).max() <= 4 * error
-
-
-def even_cap(degrees, rings=200, around=200):
-    """A cap of the unit sphere covered evenly: equal steps of height and of longitude."""
-    z = 1 - (np.arange(rings) + 0.5) / rings * (1 - np.cos(np.radians(degrees)))
-    turn = 2 * np.pi * (np.arange(around) + 0.5) / around
-    z, turn = (v.ravel() for v in np.meshgrid(z, turn))
-    side = np.sqrt(1 - z**2)
-    return np.column_stack([side * np.cos(turn), side * np.sin(turn), z])
-
-
-def fisher_bound(points, sigma):
-    """Inverse Fisher information of (centre, radii), its centre block: markers about the origin."""
-    rows = []
-    for p, x in enumerate(points):
-        unit = x / np.linalg.norm(x, axis=1, keepdims=True)
-        rows.append(
-            np.column_stack([unit, np.tile(np.eye(len(points))[p], (len(x), 1))]) / sigma[p]
-        )
-    jacobian = np.concatenate(rows)
-    return np.linalg.inv(jacobian.T @ jacobian)[:3, :3]
-
-
-@pytest.mark.parametrize("degrees", [20, 45, 90, 135, 180])
-def test_centre_covariance_is_the_thesis_bound_for_a_uniform_cap(degrees):
-    x, sigma, radius = even_cap(degrees), 0.002, 0.3
-    m = sphere_moments(radius * x[None])
-    got = centre_covariance(m.covariance, m.count, np.array([radius]), np.array([sigma**2]), 1e6)
-    # The even cap has a variance of height short of the uniform one's by a share of 1/rings².
-    half = bound(sigma, degrees, len(x)) ** 2
-    np.testing.assert_allclose(
-        got, np.diag(half), rtol=2 / 200**2 + 2 / len(x), atol=1e-12 * half[2]
-    )
-
-
-@pytest.mark.parametrize("counts", [(30,), (30, 200), (500, 500, 500)])
-@pytest.mark.parametrize("degrees", [20, 60, 150])
-def test_centre_covariance_is_the_inverse_fisher_information(counts, degrees):
-    points, m = markers_on_spheres(np.random.default_rng(32), counts, 0.0, degrees)
-    sigma = 0.001 * (1 + np.arange(len(counts)))
-    radius = 0.1 + 0.1 * np.arange(len(counts))
-    # Exactly so where N C is the sum of squares; C is divided by N - 1.
-    got = centre_covariance(m.covariance, m.count - 1, radius, sigma**2, 1e6)
-    exact = fisher_bound(points, sigma)
-    np.testing.assert_allclose(got, exact, rtol=0, atol=1e-9 * np.trace(exact))
-    full = centre_covariance(m.covariance, m.count, radius, sigma**2, 1e6)
-    ratio = np.trace(full) / np.trace(exact)
-    assert 1 - 1 / min(counts) - 1e-9 <= ratio < 1
-
-
-def test_a_known_radius_would_say_more_about_the_centre():
-    # The bound is that of unknown radii: on a small cap, centre and radius go together.
-    x = even_cap(20)
-    sigma = 0.01
-    known = np.linalg.inv(x.T @ x / sigma**2)
-    m = sphere_moments(x[None])
-    free = centre_covariance(m.covariance, m.count, np.ones(1), np.array([sigma**2]), 1e6)
-    # Across the axis both are the same, but that C is divided by N - 1.
-    assert np.linalg.eigvalsh(free - known)[0] >= -2 * known.trace() / len(x)
-    half = np.sin(np.radians(10)) ** 2
-    # ⟨cos²⟩ of the cap over its variance, (1 - h)² + h²/3 over h²/3.
-    law = ((1 - half) ** 2 + half**2 / 3) / (half**2 / 3)
-    assert free[2, 2] / known[2, 2] == pytest.approx(law, rel=1e-3)
-
-
-def test_nothing_is_known_beyond_reach_in_a_direction_not_shown():
-    flat = np.diag([0.01, 0.01, 0.0])[None]
-    got = centre_covariance(flat, np.array([1000.0]), np.array([0.2]), np.array([1e-6]), 0.4)
-    assert got[2, 2] == pytest.approx(0.16, rel=4 * EPS)
-    assert got[0, 0] == pytest.approx(0.2**2 * 1e-6 / (1000 * 0.01), rel=1e-4)
-    none = centre_covariance(flat, np.zeros(1), np.array([0.2]), np.array([1e-6]), 0.4)
-    np.testing.assert_allclose(none, 0.16 * np.eye(3), rtol=1e-12)
-
-
-def ar1(rng, phi, frames, series):
-    """Autoregressive series (frames, series) in their steady state."""
-    shocks = rng.normal(size=(frames, series))
-    shocks[0] /= np.sqrt(1 - phi**2)
-    rows = [shocks[0]]
-    for shock in shocks[1:]:
-        rows.append(phi * rows[-1] + shock)
-    return np.array(rows)
-
-
-@pytest.mark.parametrize("gaps", [0.0, 0.3])
-@pytest.mark.parametrize("phi", [0.0, 0.5, 0.9])
-def test_effective_counts_follow_the_memory_of_the_noise(phi, gaps):
-    rng = np.random.default_rng(33)
-    frames, series = 4000, 50
-    x = ar1(rng, phi, frames, series)
-    x[rng.random(x.shape) < gaps] = np.nan
-    got = effective_counts(x + 0.01)
-    seen = np.isfinite(x).sum(axis=0)
-    time = (1 + phi) / (1 - phi)
-    # Sokal 1997: an autocorrelation time summed over W lags is known to √((4 W + 2) / N); the sum
-    # to the first zero of the estimate runs over some three times the memory. Gaps cost pairs.
-    window = 3 * time
-    error = np.sqrt((4 * window + 2) / frames) / (1 - gaps)
-    assert (np.abs(got / (seen / time) - 1) <= 4 * error).all()
-    # A sum that stops at the first zero runs on by chance: the mean is off by some of that error.
-    assert abs(got.mean() / (seen / time).mean() - 1) <= error
-    assert (got <= seen).all()
-
-
-@pytest.mark.parametrize("frames", [3, 20, 64, 65, 300])
-@pytest.mark.parametrize("gaps", [0.0, 0.3])
-def test_effective_counts_are_the_direct_sum_of_autocorrelations(frames, gaps):
-    rng = np.random.default_rng(41)
-    x = ar1(rng, 0.8, frames, 30) + np.linspace(0, 2, frames)[:, None]
-    x[rng.random(x.shape) < gaps] = np.nan
-    for series, got in zip(x.T, effective_counts(x), strict=True):
-        n = np.isfinite(series).sum()
-        e = series - np.nanmean(series) if n else series
-        time, variance = 1.0, np.nanmean(e**2) if n else 0.0
-        for lag in range(1, max(frames // 10, 2)):
-            products = e[lag:] * e[:-lag]
-            if not np.isfinite(products).any() or not np.nanmean(products) > 1e-12 * variance:
-                break
-            time += 2 * np.nanmean(products) / variance
-        # Rounding of a Fourier transform of 300 numbers.
-        assert got == pytest.approx(np.clip(n / time, min(n, 1), n), rel=1e-10)
-
-
-def test_effective_counts_of_series_without_information():
-    x = np.zeros((100, 4))
-    x[:, 1] = np.nan
-    x[:99, 2] = np.nan
-    x[50:, 3] = np.nan
-    np.testing.assert_array_equal(effective_counts(x), [100, 0, 1, 50])
-    np.testing.assert_array_equal(effective_counts(np.full((2, 1), 0.5)), [2])
-
-
-def test_effective_counts_of_a_constant_do_not_depend_on_it():
-    np.testing.assert_array_equal(effective_counts(np.full((100, 2), [0.5, 0.1])), [100, 100])
-
-
-@pytest.mark.parametrize("frames", [0, 1])
-def test_effective_counts_of_hardly_any_frames(frames):
-    np.testing.assert_array_equal(effective_counts(np.zeros((frames, 2))), [frames, frames])

@@ -16,6 +16,8 @@ from mocap_skel.errors import CallError, MocapSkelError
 COMMANDS = {
     "fit": "Fit a skeleton to clips: joint centres, moving skeleton, evidence.",
     "inspect": "Show what is in a clip before anyone fits it.",
+    "methods": "Compare the sphere fits: the thesis's Table 4, measured now.",
+    "study": "Repeat the thesis's experiments: resample, speed, accuracy.",
 }
 
 NOTHING_FITTED = 3

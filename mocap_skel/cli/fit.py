@@ -75,10 +75,7 @@ def command(
     be fitted, 130 interrupted.
     """
     if association is None:
-        raise CallError(
-            "which label is which marker? --assoc is missing",
-            "shipped: --assoc cmu, --assoc plug_in_gait; mocap-skel inspect shows a clip's labels",
-        )
+        raise options.missing_association()
     to_stdout = output == "-"
     if to_stdout and (len(clips) > 1 or len(set(formats)) > 1 or as_json):
         raise CallError(
@@ -88,12 +85,8 @@ def command(
     from mocap_skel.association import read_association
     from mocap_skel.batch import Job, process
     from mocap_skel.export import Options
-    from mocap_skel.fit import check_method
 
-    try:
-        check_method(method, noise, sigma)
-    except ValueError as error:
-        raise CallError(str(error)) from error
+    options.check_estimation(method, noise, sigma)
     job = Job(
         association=read_association(association, skeleton),
         formats=tuple(dict.fromkeys(formats)),

@@ -9,6 +9,8 @@ from typing import Any, TypeVar
 
 import click
 
+from mocap_skel.errors import CallError
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 _LENGTH = re.compile(r"\s*([0-9.]+(?:e[+-]?\d+)?)\s*(mm|cm|dm|m)?\s*", re.IGNORECASE)
@@ -47,6 +49,28 @@ class Lengths(Length):
         if len(metres) not in (1, 3):
             self.fail(f"{value!r}: one length, or three for x, y and z: 1mm,1mm,3mm", param, ctx)
         return metres if len(metres) == 3 else metres[0]
+
+
+def missing_association() -> CallError:
+    """What to say where there is no association file."""
+    return CallError(
+        "which label is which marker? --assoc is missing",
+        "shipped: --assoc cmu, --assoc plug_in_gait; mocap-skel inspect shows a clip's labels",
+    )
+
+
+def check_estimation(method: str, noise: str, sigma: object) -> None:
+    """Refuse options that do not go together.
+
+    Raises:
+        CallError: --method, --noise and --sigma contradict each other.
+    """
+    from mocap_skel.fit import check_method
+
+    try:
+        check_method(method, noise, sigma)
+    except ValueError as error:
+        raise CallError(str(error)) from error
 
 
 clips = click.argument(

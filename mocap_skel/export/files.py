@@ -34,7 +34,7 @@ def check_free(paths: list[Path], overwrite: bool) -> None:
             raise OutputError(f"{path}: exists already", "use --overwrite or another -o")
 
 
-def write_all(contents: Mapping[Path, str], overwrite: bool) -> None:
+def write_all(contents: Mapping[Path, str | bytes], overwrite: bool) -> None:
     """Write files that belong together: each to a temporary file first, then all are renamed.
 
     Raises:
@@ -45,14 +45,13 @@ def write_all(contents: Mapping[Path, str], overwrite: bool) -> None:
     done = False
     ready: list[tuple[Path, Path]] = []
     try:
-        for path, text in contents.items():
+        for path, content in contents.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             with NamedTemporaryFile(
-                "w", encoding="utf-8", newline="", dir=path.parent, prefix=f".{path.name}.",
-                suffix=".part", delete=False,
-            ) as file:  # fmt: skip
+                dir=path.parent, prefix=f".{path.name}.", suffix=".part", delete=False
+            ) as file:
                 ready.append((Path(file.name), path))
-                file.write(text)
+                file.write(content if isinstance(content, bytes) else content.encode())
         for temporary, path in ready:
             # A temporary file is private; a result file gets what the user's umask allows.
             temporary.chmod(0o666 & ~_umask())

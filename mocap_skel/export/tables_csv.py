@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -27,6 +27,18 @@ def joints_csv(fit: SkeletonFit) -> str:
     """One row a joint; lists are separated by blanks, what is not known is empty."""
     rows = ([_cell(value) for value in joint_row(joint).values()] for joint in fit.joints)
     return _csv([JOINT_COLUMNS, *rows])
+
+
+def rows_csv(rows: Sequence[Mapping[str, object]]) -> str:
+    """Rows that all have the columns of the first; numbers to nine digits, None and NaN empty."""
+    head = list(rows[0]) if rows else []
+    return _csv([head, *([_exact(row[name]) for name in head] for row in rows)])
+
+
+def _exact(value: object) -> object:
+    if isinstance(value, float):
+        return f"{value:.9g}" if np.isfinite(value) else ""
+    return "" if value is None else value
 
 
 def _csv(rows: Iterable[Iterable[object]]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -23,6 +23,20 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: frozenset[in
         for row in [head, *rows]
     )
     return "\n".join(lines)
+
+
+def rows_table(rows: Sequence[Mapping[str, object]]) -> str:
+    """Rows that all have the columns of the first, numbers to four digits."""
+    columns = list(rows[0]) if rows else []
+    cells = [[_short(row[name]) for name in columns] for row in rows]
+    words = (i for i, name in enumerate(columns) if rows and isinstance(rows[0][name], str))
+    return table([name.replace("_", " ") for name in columns], cells, frozenset(words))
+
+
+def _short(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}" if np.isfinite(value) else "-"
+    return "-" if value is None else str(value)
 
 
 _JOINT_HEAD = (

@@ -8,6 +8,7 @@ All solve the same linear system and differ in what they take away from C (``met
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -60,8 +61,7 @@ class _System:
         noise, noise_shift: N and Σ_p N_p (x̄_p - middle), the noise for σ = 1; None where N is the
             unit matrix.
         square, square_variance: mean and variance of |x - middle|² about each marker's own mean.
-        spread, axes: (..., D) eigenvalues of C, ascending, and their vectors as columns.
-        floor: what rounding alone leaves of a direction without extent, m².
+        reach: how far the coordinates are from the origin, metres.
     """
 
     middle: Array
@@ -71,9 +71,32 @@ class _System:
     noise_shift: Array | None
     square: Array
     square_variance: Array
-    spread: Array
-    axes: Array
-    floor: Array
+    reach: Array
+
+    @cached_property
+    def _eigen(self) -> tuple[Array, Array]:
+        values, vectors = np.linalg.eigh(self.covariance)
+        return values, vectors
+
+    @property
+    def spread(self) -> Array:
+        """(..., D): eigenvalues of C, ascending."""
+        return self._eigen[0]
+
+    @property
+    def axes(self) -> Array:
+        """(..., D, D): eigenvectors of C as columns."""
+        return self._eigen[1]
+
+    @property
+    def floor(self) -> Array:
+        """What rounding alone leaves of a direction without extent, m².
+
+        A few ulps of the coordinates, and of the largest eigenvalue.
+        """
+        eps, most = np.finfo(float).eps, np.maximum(self.spread[..., -1], 0.0)
+        ulps = 64 * eps * (self.reach + np.sqrt(most))
+        return np.asarray(np.maximum(ulps**2, 64 * eps * most) + np.finfo(float).tiny)
 
     def signal(self, eta: Array) -> tuple[Array, Array]:
         """Eigenvalues and eigenvectors of C - η N."""
@@ -336,11 +359,6 @@ def _pool(m: Moments, shape: ArrayLike | None, weights: ArrayLike | None) -> _Sy
         each = np.broadcast_to(np.asarray(shape, dtype=np.float64), m.covariance.shape)
         noise = np.einsum("...p,...pde->...de", weight, each)
         shift = np.einsum("...p,...pde,...pe->...d", weight, each, h)
-    spread, axes = np.linalg.eigh(covariance)
-    # What rounding alone leaves of a direction without extent: a few ulps of the coordinates, and of
-    # the largest eigenvalue.
-    eps = np.finfo(float).eps
-    reach = np.abs(m.mean).max(axis=(-1, -2)) + np.sqrt(np.maximum(spread[..., -1], 0.0))
     return _System(
         middle=middle,
         covariance=covariance,
@@ -349,10 +367,7 @@ def _pool(m: Moments, shape: ArrayLike | None, weights: ArrayLike | None) -> _Sy
         noise_shift=shift,
         square=np.einsum("...p,...p->...", weight, share * trace + hh),
         square_variance=np.einsum("...p,...p->...", weight, within),
-        spread=spread,
-        axes=axes,
-        floor=np.maximum((64 * eps * reach) ** 2, 64 * eps * spread[..., -1])
-        + np.finfo(float).tiny,
+        reach=np.abs(m.mean).max(axis=(-1, -2)),
     )
 
 

@@ -64,9 +64,10 @@ def marker_noise(m: Moments, *, bounded: bool = True) -> MarkerNoise:
         fit = mgdk(m, 1.0, isotropic(shape, dimension), weights, strict=False)
         found = np.minimum(np.nan_to_num(radial_variance(m, fit) * freedom), limit)
         if bounded:
-            mean = (found * np.maximum(m.count - 1.0, 0.0)).sum(axis=-1, keepdims=True)
-            mean = mean / np.maximum(total, 1.0)
-            most = first.sigma[..., None] ** 2
+            # Pratt's level is the mean over the points, each by the square of its radius.
+            share = np.nan_to_num(radius**2) * np.maximum(m.count - 1.0, 0.0)
+            mean = (found * share).sum(axis=-1, keepdims=True)
+            most = first.sigma[..., None] ** 2 * share.sum(axis=-1, keepdims=True)
             found = found * np.minimum(1.0, most / np.where(mean > 0, mean, 1.0))
         change = np.abs(found - sigma2).max(axis=-1) / np.maximum(
             found.max(axis=-1), np.finfo(float).tiny

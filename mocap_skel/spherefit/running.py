@@ -71,7 +71,7 @@ def running_centres(points: ArrayLike, sigma: float = 0.0) -> Array:
 
 def _advance(state: RunningFit | None, x: Array, sigma: float) -> tuple[Array, RunningFit]:
     """Centres (n, D) after each of n more samples x (M, n, D), and the state after the last."""
-    markers, _, dimension = x.shape
+    markers, size, dimension = x.shape
     if state is None:
         state = RunningFit(
             np.full(dimension, np.nan), np.full((markers, dimension), np.nan), np.zeros(markers),
@@ -81,27 +81,37 @@ def _advance(state: RunningFit | None, x: Array, sigma: float) -> tuple[Array, R
     new = np.isnan(state.place[:, 0]) & seen.any(axis=-1)
     first = x[np.arange(markers), seen.argmax(axis=-1)]
     place = np.where(new[:, None], first, state.place)
-    d = np.where(seen[..., None], x - place[:, None], 0.0)
-    square = np.einsum("mnd,mnd->mn", d, d)[..., None]
-    f = np.concatenate([d, square, seen[..., None]], axis=-1)
-    sums = state.sums[:, None] + np.cumsum(f[..., :, None] * f[..., None, :-1], axis=1)
+    # Samples last: the running sums then go along contiguous memory.
+    f = np.empty((markers, dimension + 2, size))
+    f[:, :dimension] = np.where(seen[..., None], x - place[:, None], 0.0).swapaxes(1, 2)
+    np.einsum("mdn,mdn->mn", f[:, :dimension], f[:, :dimension], out=f[:, dimension])
+    f[:, -1] = seen
+    sums = state.sums[..., None] + np.cumsum(f[:, :, None] * f[:, None, :-1], axis=-1)
     count = state.count[:, None] + np.cumsum(seen, axis=1)
-    m = central_moments(count.T, np.nan_to_num(place), sums.swapaxes(0, 1))
-    centres = _centres(m, sigma)
-    return centres, RunningFit(centres[-1], place, count[:, -1], sums[:, -1])
-
-
-def _centres(m: Moments, sigma: float) -> Array:
-    """(n, D): `mgdk` of moments (n, M), without what else it tells; NaN where it has no answer."""
+    m = central_moments(count.T, np.nan_to_num(place), np.moveaxis(sums, -1, 0))
     middle, matrix, right = linear_system(m, sigma)
-    dimension = middle.shape[-1]
-    scale = np.trace(matrix, axis1=-2, axis2=-1)[..., None, None] / dimension
-    unit = matrix / np.where(scale > 0, scale, 1.0)
-    # The determinant of a matrix of trace D is at most 1, and rounding makes it some ulps of that.
-    good = (scale[:, 0, 0] > 0) & (np.linalg.det(unit) > 64 * np.finfo(float).eps)
-    good &= m.count.max(axis=-1) > dimension
-    unit[~good] = np.eye(dimension)
-    shift = np.linalg.solve(
-        unit, (right / np.where(scale[..., 0] > 0, scale[..., 0], 1.0))[..., None]
-    )
-    return np.where(good[:, None], middle + shift[..., 0], np.nan)
+    shift = _positive_solution(np.moveaxis(matrix, 0, -1), right.T)
+    shift[:, m.count.max(axis=-1) <= dimension] = np.nan
+    centres = middle + shift.T
+    return centres, RunningFit(centres[-1], place, count[:, -1], sums[..., -1])
+
+
+def _positive_solution(matrix: Array, right: Array) -> Array:
+    """Solutions (D, n) of n symmetric systems (D, D, n), (D, n) by elimination, all at once.
+
+    NaN where a matrix is not positive definite: the points do not span a sphere, or are lost in noise.
+    """
+    a, b = matrix.copy(), right.copy()
+    least = 64 * np.finfo(float).eps * np.trace(matrix)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for i in range(len(b)):
+            a[i, i] = np.where(a[i, i] > least, a[i, i], np.nan)
+            for j in range(i + 1, len(b)):
+                factor = a[j, i] / a[i, i]
+                a[j, i:] -= factor * a[i, i:]
+                b[j] -= factor * b[i]
+        for i in reversed(range(len(b))):
+            for j in range(i + 1, len(b)):
+                b[i] -= a[i, j] * b[j]
+            b[i] /= a[i, i]
+    return b

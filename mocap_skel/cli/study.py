@@ -1,0 +1,238 @@
+"""mocap-skel study: the thesis's experiments, on a clip or on generated points."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mocap_skel.cli import options, say
+from mocap_skel.errors import CallError
+
+if TYPE_CHECKING:
+    from mocap_skel.studies.run import Findings, Where
+
+
+@click.group("study", epilog="Example: mocap-skel study resample walk.c3d --assoc cmu -o study")
+def command() -> None:
+    """Repeat the thesis's experiments: what resampling, speed and accuracy say of the estimators.
+
+    Needs the extra 'studies': pip install 'mocap-skel[studies]'.
+    """
+
+
+figures = click.option("--figures/--no-figures", default=True, show_default=True, help="Draw them.")
+workers = click.option(
+    "--workers", type=click.IntRange(1), metavar="N", show_default="one a core", help="Processes."
+)
+
+
+def seed(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The option that makes a study repeatable."""
+    return click.option(
+        "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is drawn."
+    )(function)
+
+
+@command.command(
+    "resample", epilog="Example: mocap-skel study resample walk.c3d --assoc cmu -o study"
+)
+@options.clip
+@options.association
+@options.skeleton
+@options.subject
+@click.option(
+    "--passes", type=click.IntRange(1), default=4, show_default=True, help="Passes over all levels."
+)
+@click.option(
+    "--levels", type=click.IntRange(1, 100), default=100, show_default=True,
+    help="Refits in a pass: without 0, 1, 2 ... percent of the frames.",
+)  # fmt: skip
+@seed
+@options.sigma
+@options.pose
+@options.method
+@options.noise
+@options.unit
+@options.rate
+@workers
+@figures
+@options.output
+@options.overwrite
+@options.as_json
+@options.quiet
+def resample(
+    clip: Path,
+    association: str | None,
+    skeleton: str | None,
+    subject: str | None,
+    passes: int,
+    levels: int,
+    seed: int,
+    sigma: float | tuple[float, ...] | None,
+    pose: str,
+    method: str,
+    noise: str,
+    unit: str | None,
+    rate: float | None,
+    workers: int | None,
+    figures: bool,
+    output: str,
+    overwrite: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Refit CLIP's whole figure with frames left out at random, and see how the joints scatter (6.1).
+
+    Writes, for walk.c3d: walk.resample.means.csv and .deviations.csv (the thesis's tables 2 and 3),
+    .power_law.csv, .answers.csv (every refit's joints) and .figure24.png. Joints that have two distinct
+    answers are found and measured about each answer's own mean. A pass is kept when it is done: after
+    an interruption, the same call goes on from there.
+    """
+    from mocap_skel.association import read_association
+    from mocap_skel.batch import Job
+    from mocap_skel.studies import run
+
+    if association is None:
+        raise options.missing_association()
+    options.check_estimation(method, noise, sigma)
+    job = Job(
+        association=read_association(association, skeleton), subject=subject, sigma=sigma, pose=pose,
+        method=method, noise=noise, unit=unit, rate=rate,
+    )  # fmt: skip
+    where = _where(output, overwrite, figures, quiet, "refits", workers)
+    found = run.resample(clip, job, run.Resampling(passes, levels, seed), where)
+    tables = {
+        "Means of the joints' constants, m (thesis table 2)": "means",
+        "Their standard deviations, m (thesis table 3)": "deviations",
+        "Deviation against the number of samples (thesis figure 24)": "power_law",
+    }
+    return _show(found, tables, as_json)
+
+
+@command.command("speed", epilog="Example: mocap-skel study speed --trials 100 -o study")
+@click.option(
+    "--trials", type=click.IntRange(1), default=200, show_default=True, help="Point sets to time."
+)
+@click.option(
+    "--most-points", type=click.IntRange(100, 10_000_000), default=1_000_000, show_default=True,
+    help="Of one set.",
+)  # fmt: skip
+@seed
+@figures
+@options.output
+@options.overwrite
+@options.as_json
+@options.quiet
+def speed(
+    trials: int,
+    most_points: int,
+    seed: int,
+    figures: bool,
+    output: str,
+    overwrite: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Time every estimator on point sets from the thesis's ranges (6.4).
+
+    Writes speed.trials.csv, speed.ratios.csv (beside the thesis's ratios), speed.figure26.png and
+    speed.figure27.png.
+    """
+    from mocap_skel.studies import run
+
+    where = _where(output, overwrite, figures, quiet, "sets", None)
+    found = run.run_speed(trials, most_points, seed, where)
+    return _show(found, {"Time against GDKE's": "ratios"}, as_json)
+
+
+@command.command("accuracy", epilog="Example: mocap-skel study accuracy --trials 50 -o study")
+@click.option(
+    "--trials", type=click.IntRange(2), default=200, show_default=True, help="Point sets a cell."
+)
+@click.option(
+    "--points",
+    type=click.IntRange(10, 100_000),
+    default=1000,
+    show_default=True,
+    help="Of one set.",
+)
+@seed
+@workers
+@figures
+@options.output
+@options.overwrite
+@options.as_json
+@options.quiet
+def accuracy(
+    trials: int,
+    points: int,
+    seed: int,
+    workers: int | None,
+    figures: bool,
+    output: str,
+    overwrite: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Bias and error of every estimator against the Cramér-Rao bound, over noise and coverage (6.6).
+
+    Writes accuracy.scores.csv (every estimator in every cell), accuracy.noise.csv (a noise matrix
+    estimated, thesis 6.7), accuracy.markers.csv (markers of different noise) and accuracy.map.png,
+    where each estimator breaks, with the criterion's line.
+    """
+    from mocap_skel.studies import run
+    from mocap_skel.studies.accuracy import Plan
+
+    where = _where(output, overwrite, figures, quiet, "cells", workers)
+    found = run.run_accuracy(Plan(count=points, trials=trials, seed=seed), where)
+    tables = {
+        "A noise matrix, σ along x, y, z in radii (thesis 6.7)": "noise",
+        "Two markers of different noise, radii 1 and 2": "markers",
+    }
+    return _show(found, tables, as_json)
+
+
+def _where(
+    output: str, overwrite: bool, figures: bool, quiet: bool, unit: str, workers: int | None
+) -> Where:
+    from mocap_skel.studies.run import Where, no_progress
+
+    if output == "-":
+        raise CallError("a study has several result files", "give -o a folder")
+
+    def bar(parts: Iterable[Any], count: int) -> Iterable[Any]:
+        from tqdm import tqdm
+
+        return tqdm(parts, total=count, unit=f" {unit}", file=sys.stderr, leave=False)
+
+    shown = sys.stderr.isatty() and not quiet
+    called = shlex.join(["mocap-skel", *sys.argv[1:]])
+    return Where(Path(output), overwrite, figures, called, bar if shown else no_progress, workers)
+
+
+def _show(found: Findings, tables: dict[str, str], as_json: bool) -> int:
+    """The findings in words and as tables, or as JSON lines: the rows of every table but the largest."""
+    if as_json:
+        for name in tables.values():
+            for row in found.tables[name]:
+                say(json.dumps({"table": name, **_plain(row)}, allow_nan=False, ensure_ascii=False))
+        return 0
+    from mocap_skel.report.terminal import rows_table
+
+    for line in found.words:
+        say(line)
+    for title, name in tables.items():
+        say(f"\n{title}\n{rows_table(found.tables[name])}")
+    say(f"\nwrote {', '.join(str(file) for file in found.files)}")
+    return 0
+
+
+def _plain(row: dict[str, Any]) -> dict[str, Any]:
+    """A number that is none is null."""
+    return {key: None if value != value else value for key, value in row.items()}

@@ -1,0 +1,139 @@
+"""The figures of the studies: the thesis's 24, 26 and 27, and where each estimator breaks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mocap_skel.report.figures import COLOURS, MARKS, figure, png
+from mocap_skel.spherefit import largest_noise
+from mocap_skel.studies.accuracy import BREAKS, Score
+from mocap_skel.studies.contenders import CONTENDERS
+from mocap_skel.studies.resample import ENOUGH, NEAR, Summary
+from mocap_skel.studies.speed import METHODS, Trial
+
+
+def deviations_figure(summary: Summary, caption: str) -> bytes:
+    """Figure 24: every answer's deviation against its number of samples, with the fitted power law."""
+    drawn = figure(10, 6.5)
+    axes = drawn.subplots()
+    samples = np.array([answer.samples for answer in summary.answers], dtype=np.float64)
+    names = np.array([answer.joint for answer in summary.answers])
+    # On its mean to rounding: nothing that a logarithmic axis could show.
+    shown = (summary.deviation > 1e-9) & (samples > 0)
+    for i, name in enumerate(dict.fromkeys(names)):
+        mine = shown & (names == name)
+        axes.plot(
+            samples[mine], 100 * summary.deviation[mine], linestyle="none", label=name,
+            marker=MARKS[i % len(MARKS)], markersize=3, color=COLOURS[i % len(COLOURS)], alpha=0.6,
+        )  # fmt: skip
+    law = summary.laws[-1]
+    ends = np.array([samples[shown].min(), samples[shown].max()])
+    fitted = 100 * law.at_enough * (ends / ENOUGH) ** law.slope
+    axes.plot(ends, fitted, color="black", label=f"fitted: N^{law.slope:.2f}")
+    half = 100 * law.at_enough * (ends / ENOUGH) ** -0.5
+    axes.plot(
+        ends, half, color="black", linestyle="--", label="law of independent samples: N^-0.50"
+    )
+    axes.axhline(100 * NEAR, color="0.5", linewidth=0.8)
+    axes.axvline(ENOUGH, color="0.5", linewidth=0.8)
+    share = f"{100 * law.near:.0f} % within {100 * NEAR:g} cm" if np.isfinite(law.near) else ""
+    axes.annotate(
+        share, (1, 100 * NEAR), xycoords=("axes fraction", "data"), xytext=(-4, -4), ha="right",
+        va="top", textcoords="offset points", fontsize=9,
+    )  # fmt: skip
+    axes.set(
+        xscale="log", yscale="log", xlabel="samples (frames that show the joint)",
+        ylabel="deviation from the joint's mean (cm)",
+    )  # fmt: skip
+    axes.set_title(
+        "Deviation of joint constants against the number of samples (thesis figure 24)", fontsize=11
+    )
+    drawn.legend(loc="outside right upper", fontsize=8)
+    return png(drawn, caption)
+
+
+def times_figure(trials: Sequence[Trial], caption: str) -> bytes:
+    """Figure 26: the time of each estimator against the number of points."""
+    drawn = figure()
+    axes = drawn.subplots()
+    points = [trial.points for trial in trials]
+    for i, method in enumerate(METHODS):
+        axes.plot(
+            points, [1e3 * trial.seconds[method] for trial in trials], linestyle="none",
+            marker=MARKS[i], markersize=4, color=COLOURS[i], label=CONTENDERS[method].label, alpha=0.7,
+        )  # fmt: skip
+    axes.set(
+        xscale="log", yscale="log", xlabel="points", ylabel="time of one fit (ms)",
+        title="Time of the sphere fits (thesis figure 26)",
+    )  # fmt: skip
+    axes.grid(alpha=0.3)
+    drawn.legend(loc="outside right upper", fontsize=8)
+    return png(drawn, caption)
+
+
+def ratios_figure(trials: Sequence[Trial], least_points: int, caption: str) -> bytes:
+    """Figure 27: the time by GDKE's against the noise, where points are so many that they decide."""
+    many = [trial for trial in trials if trial.points >= least_points] or list(trials)
+    drawn = figure()
+    axes = drawn.subplots()
+    for i, method in enumerate(METHODS):
+        axes.plot(
+            [trial.noise for trial in many],
+            [trial.seconds[method] / trial.seconds["gdke"] for trial in many], linestyle="none",
+            marker=MARKS[i], markersize=4, color=COLOURS[i], label=CONTENDERS[method].label, alpha=0.7,
+        )  # fmt: skip
+    axes.axvline(1.0, color="0.5", linewidth=0.8)
+    axes.set(
+        xscale="log", yscale="log", xlabel="noise standard deviation σ (m)",
+        ylabel="time / GDKE's time",
+        title=f"Time against GDKE's, {least_points:,} points or more (thesis figure 27)",
+    )  # fmt: skip
+    axes.grid(alpha=0.3)
+    drawn.legend(loc="outside right upper", fontsize=8)
+    return png(drawn, caption)
+
+
+def accuracy_figure(scores: Sequence[Score], caption: str) -> bytes:
+    """A map an estimator: its error over the bound, by coverage and noise, and the criterion's line."""
+    from matplotlib.colors import LogNorm
+
+    methods = list(dict.fromkeys(score.method for score in scores))
+    noises = sorted({score.noise for score in scores})
+    angles = sorted({score.angle_deg for score in scores})
+    table = {(s.method, s.noise, s.angle_deg): s for s in scores}
+    rows = -(-len(methods) // 4)
+    drawn = figure(3.6 * min(len(methods), 4), 3.2 * rows + 0.6)
+    grid = drawn.subplots(rows, min(len(methods), 4), squeeze=False)
+    angle_line = np.linspace(0.0, len(angles) - 1.0, 200)
+    degrees = np.interp(angle_line, range(len(angles)), angles)
+    # Cells are as wide as each other, so the line runs in the cells' own numbers.
+    largest = largest_noise(1.0, np.radians(degrees))
+    noise_line = np.interp(
+        np.log(largest), np.log(noises), range(len(noises)), left=np.nan, right=np.nan
+    )
+    shown = None
+    for axes in grid.flat[len(methods) :]:
+        axes.set_axis_off()
+    for axes, method in zip(grid.flat, methods, strict=False):
+        ratio = np.array([[table[method, s, a].ratio for a in angles] for s in noises])
+        failed = np.array([[table[method, s, a].breaks for a in angles] for s in noises])
+        shown = axes.pcolormesh(
+            np.where(np.isfinite(ratio), np.clip(ratio, 1.0, 100.0), 100.0),
+            norm=LogNorm(1.0, 100.0), cmap="viridis_r",
+        )  # fmt: skip
+        for row, column in np.argwhere(failed):
+            axes.plot(column + 0.5, row + 0.5, marker="x", color="white", markersize=5)
+        axes.plot(angle_line + 0.5, noise_line + 0.5, color="red", linewidth=1.5)
+        axes.set_xticks(np.arange(len(angles)) + 0.5, [f"{a:g}" for a in angles], fontsize=7)
+        axes.set_yticks(np.arange(len(noises)) + 0.5, [f"{s:g}" for s in noises], fontsize=7)
+        axes.set(
+            title=CONTENDERS[method].label, xlabel="half-angle θ (degrees)", ylabel="σ / r"
+        )  # fmt: skip
+    drawn.colorbar(shown, ax=grid, label="RMSE / Cramér-Rao bound", shrink=0.8)
+    drawn.suptitle(
+        f"Error of the centre against the bound; ×: over {BREAKS}, or no answer; "
+        "red: the criterion σ = (r/√3) sin²(θ/2), met below it"
+    )
+    return png(drawn, caption)

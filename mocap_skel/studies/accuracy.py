@@ -1,0 +1,286 @@
+"""Bias and spread of every estimator against the Cramér-Rao bound, over noise and coverage (thesis 6.6)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_skel.artificial.spheres import cap
+from mocap_skel.noise import rigid_noise_matrix
+from mocap_skel.shape import find_shape
+from mocap_skel.spherefit import (
+    crlb_sphere,
+    isotropic,
+    largest_noise,
+    marker_noise,
+    marker_weights,
+    mgdk,
+    pratt,
+    radial_noise_matrix,
+    sphere_moments,
+    ugdk,
+)
+from mocap_skel.spherefit.moments import Array, Moments
+from mocap_skel.studies.contenders import CONTENDERS
+
+NOISES = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
+ANGLES = (10.0, 20.0, 30.0, 45.0, 60.0, 80.0, 100.0, 135.0, 180.0)
+METHODS = ("gdke", "ugdk", "ugdk_fixed_point", "sgdk", "igdk", "lls", "pratt", "mle")
+# An estimator breaks where its error is so many times the bound.
+BREAKS = 1.5
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is tried: every noise with every angle, so many trials of so many points, radius 1."""
+
+    noises: tuple[float, ...] = NOISES
+    angles: tuple[float, ...] = ANGLES
+    count: int = 1000
+    trials: int = 200
+    seed: int = 0
+    methods: tuple[str, ...] = METHODS
+
+    @property
+    def cells(self) -> list[tuple[int, int]]:
+        return [(i, j) for i in range(len(self.noises)) for j in range(len(self.angles))]
+
+
+@dataclass(frozen=True)
+class Score:
+    """How one estimator did in one cell, lengths in radii.
+
+    Attributes:
+        method: key of `CONTENDERS`.
+        noise: σ / r.
+        angle_deg: half-angle of the cap.
+        bias: mean error along the cap's axis, positive towards the data.
+        rmse: root mean square distance from the true centre.
+        bound: the same for an unbiased estimator at the Cramér-Rao bound.
+        ratio: rmse / bound.
+        failed: share of trials without an answer.
+        criterion: whether σ < (r/√3) sin²(θ/2).
+    """
+
+    method: str
+    noise: float
+    angle_deg: float
+    bias: float
+    rmse: float
+    bound: float
+    ratio: float
+    failed: float
+    criterion: bool
+
+    @property
+    def breaks(self) -> bool:
+        return not (self.ratio <= BREAKS and self.failed <= 0.01)
+
+
+def score_cell(plan: Plan, cell: tuple[int, int]) -> list[Score]:
+    """Every estimator on the same point sets of one cell; depends on the plan's seed and the cell only."""
+    noise, degrees = plan.noises[cell[0]], plan.angles[cell[1]]
+    rng = np.random.default_rng([plan.seed, *cell])
+    points = noisy_caps(rng, plan.trials, plan.count, noise, np.radians(degrees))
+    bound = float(np.sqrt(np.trace(crlb_sphere(plan.count, noise, np.radians(degrees))[:3, :3])))
+    criterion = bool(noise < largest_noise(1.0, np.radians(degrees)))
+    scores = []
+    for name in plan.methods:
+        bias, rmse, failed = _errors(CONTENDERS[name].centres(points, noise))
+        scores.append(
+            Score(name, noise, degrees, bias, rmse, bound, rmse / bound, failed, criterion)
+        )
+    return scores
+
+
+def noisy_caps(
+    rng: np.random.Generator, trials: int, count: int, noise: float, angle: float
+) -> Array:
+    """(T, N, 3): caps of radius 1 about the origin, with noise."""
+    return cap(rng, (trials, count), angle) + noise * rng.normal(size=(trials, count, 3))
+
+
+def _errors(centres: Array) -> tuple[float, float, float]:
+    """Bias along z, root mean square length, share of NaN, of centres (T, 3) whose truth is zero."""
+    good = np.isfinite(centres).all(axis=1)
+    if not good.any():
+        return float("nan"), float("nan"), 1.0
+    found = centres[good]
+    rmse = np.sqrt((found**2).sum(axis=1).mean())
+    return float(found[:, 2].mean()), float(rmse), float(1.0 - good.mean())
+
+
+def score(plan: Plan) -> Iterator[list[Score]]:
+    """`score_cell` of every cell."""
+    return (score_cell(plan, cell) for cell in plan.cells)
+
+
+def verdicts(scores: Iterable[Score]) -> list[str]:
+    """What the scores say of each estimator, and of Pratt against UGDK, one sentence each."""
+    table = {(s.method, s.noise, s.angle_deg): s for s in scores}
+    cells = list(dict.fromkeys((noise, angle) for _, noise, angle in table))
+    methods = list(dict.fromkeys(method for method, _, _ in table))
+    lines = []
+    for method in methods:
+        broken = [cell for cell in cells if table[method, *cell].breaks]
+        inside = sum(table[method, *cell].criterion for cell in broken)
+        met = sum(table[method, *cell].criterion for cell in cells)
+        lines.append(
+            f"{CONTENDERS[method].label}: over {BREAKS} times the bound, or without an answer, in "
+            f"{len(broken)} of {len(cells)} cells, in {inside} of the {met} that meet the criterion"
+        )
+    others = [m for m in ("ugdk", "ugdk_fixed_point", "gdke") if m in methods]
+    return lines + [_against(table, cells, other) for other in others if "pratt" in methods]
+
+
+def _against(
+    table: dict[tuple[str, float, float], Score], cells: list[tuple[float, float]], other: str
+) -> str:
+    def better(a: Score, b: Score) -> bool:
+        return a.failed < b.failed or not a.rmse >= 0.95 * b.rmse
+
+    wins = [c for c in cells if better(table["pratt", *c], table[other, *c])]
+    losses = [c for c in cells if better(table[other, *c], table["pratt", *c])]
+    where = ", ".join(f"σ/r {noise:g} at {angle:g}°" for noise, angle in wins)
+    return (
+        f"Pratt beats {CONTENDERS[other].label} by over 5 % in {len(wins)} cells"
+        f"{f' ({where})' if wins else ''}, loses in {len(losses)}, the rest are equal"
+    )
+
+
+@dataclass(frozen=True)
+class NoiseScore:
+    """A way to know Σ̂ when the noise differs by direction.
+
+    Attributes:
+        angle_deg: half-angle of the cap.
+        spread: standard deviations of the true noise along x, y and z (the cap's axis), in radii.
+        known: what UGDK takes away.
+        matrix_error: relative error of Σ̂ (Frobenius), root mean square; None where nothing is estimated.
+        bias, rmse: of the centre, as in `Score`.
+    """
+
+    angle_deg: float
+    spread: tuple[float, float, float]
+    known: str
+    matrix_error: float | None
+    bias: float
+    rmse: float
+
+
+SPREADS = ((0.01, 0.01, 0.03), (0.03, 0.01, 0.01), (0.01, 0.02, 0.03))
+NOISE_ANGLES = (45.0, 90.0, 180.0)
+
+
+def score_noise(plan: Plan) -> list[NoiseScore]:
+    """Thesis 6.7: the whole matrix Σ̂, estimated, against a level and against the truth."""
+    scores = []
+    for i, spread in enumerate(SPREADS):
+        truth = np.diag(np.square(spread))
+        for j, degrees in enumerate(NOISE_ANGLES):
+            rng = np.random.default_rng([plan.seed, 1, i, j])
+            shape = (plan.trials, plan.count)
+            points = cap(rng, shape, np.radians(degrees)) + rng.normal(size=(*shape, 3)) * spread
+            m = sphere_moments(points)[:, None]
+            level = np.trace(truth) / 3
+            radial = np.array([radial_noise_matrix(x, pratt(sphere_moments(x))) for x in points])
+            rigid = np.array([_rigid_estimate(rng, plan.count, spread) for _ in points])
+            each = {
+                "nothing (GDKE)": (np.zeros((3, 3)), None),
+                "one level, the true one": (level * np.eye(3), None),
+                "matrix from the radial residuals": (radial[:, None], radial),
+                "matrix from a rigid segment of five": (rigid[:, None], rigid),
+                "the true matrix": (truth, None),
+            }
+            for known, (noise, found) in each.items():
+                bias, rmse, _ = _errors(ugdk(m, 1.0, noise, strict=False).centre)
+                error = None
+                if found is not None:
+                    error = np.linalg.norm(found - truth, axis=(1, 2)) / np.linalg.norm(truth)
+                    error = float(np.sqrt((error**2).mean()))
+                scores.append(NoiseScore(degrees, spread, known, error, bias, rmse))
+    return scores
+
+
+def _rigid_estimate(
+    rng: np.random.Generator, frames: int, spread: tuple[float, float, float]
+) -> Array:
+    """Σ̂ from five markers 0.5 apart on a segment that turns as much as the cap's points spread."""
+    template = 0.5 * rng.normal(size=(5, 3))
+    turns = np.linalg.qr(rng.normal(size=(frames, 3, 3)))[0]
+    turns[:, :, 0] *= np.linalg.det(turns)[:, None]
+    points = np.einsum("fij,mj->fmi", turns, template)
+    points += rng.normal(size=points.shape) * spread
+    found = find_shape(points)
+    matrix = None if found is None else rigid_noise_matrix(points, *found)
+    return np.full((3, 3), np.nan) if matrix is None else matrix
+
+
+@dataclass(frozen=True)
+class MarkersScore:
+    """A way to fit several markers of different noise: radii 1 and 2, lengths in the first.
+
+    Attributes:
+        noises: σ of the two markers.
+        angle_deg: half-angle of both caps.
+        how: what is known of the noise, and how the markers count.
+        rmse, bound, ratio: as in `Score`.
+    """
+
+    noises: tuple[float, float]
+    angle_deg: float
+    how: str
+    rmse: float
+    bound: float
+    ratio: float
+
+
+MARKER_NOISES = ((0.01, 0.01), (0.005, 0.05), (0.05, 0.01))
+MARKER_ANGLES = (30.0, 60.0, 120.0)
+
+
+def score_markers(plan: Plan) -> list[MarkersScore]:
+    """MGDK of two markers of different noise, weighted alike and as they deserve."""
+    scores = []
+    for i, noises in enumerate(MARKER_NOISES):
+        for j, degrees in enumerate(MARKER_ANGLES):
+            rng = np.random.default_rng([plan.seed, 2, i, j])
+            angle = np.radians(degrees)
+            points = np.stack(
+                [
+                    cap(rng, (plan.trials, plan.count), angle, radius)
+                    + noise * rng.normal(size=(plan.trials, plan.count, 3))
+                    for radius, noise in zip((1.0, 2.0), noises, strict=True)
+                ],
+                axis=1,
+            )
+            bound = _two_marker_bound(plan.count, noises, angle)
+            for how, centres in _two_marker_fits(sphere_moments(points), noises).items():
+                rmse = _errors(centres)[1]
+                scores.append(MarkersScore(noises, degrees, how, rmse, bound, rmse / bound))
+    return scores
+
+
+def _two_marker_bound(count: int, noises: tuple[float, float], angle: float) -> float:
+    """Root of the trace of the bound of a centre that two markers share: their information adds."""
+    blocks = (crlb_sphere(count, noise, angle)[:3, :3] for noise in noises)
+    information = sum(np.linalg.inv(block) for block in blocks)
+    return float(np.sqrt(np.trace(np.linalg.inv(information))))
+
+
+def _two_marker_fits(m: Moments, noises: tuple[float, float]) -> dict[str, Array]:
+    mean = float(np.sqrt(np.square(noises).mean()))
+    true, weights = isotropic(noises, 3), marker_weights([1.0, 2.0], noises)
+    found = marker_noise(m)
+    estimated = isotropic(found.sigma, 3)
+    return {
+        "MGDK, one level, alike": mgdk(m, mean, strict=False).centre,
+        "MGDK, true levels, alike": mgdk(m, 1.0, true, strict=False).centre,
+        "MGDK, true levels, weighted": mgdk(m, 1.0, true, weights, strict=False).centre,
+        "MGDK, estimated levels, weighted": mgdk(
+            m, 1.0, estimated, found.weights, strict=False
+        ).centre,
+        "Chang-Pollard": pratt(m, strict=False).centre,
+    }

@@ -1,0 +1,272 @@
+"""How the joints' constants scatter when frames are left out at random (thesis 6.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.clip import Clip
+from mocap_skel.errors import FitError
+from mocap_skel.fit import SkeletonFit
+from mocap_skel.pose import Array
+
+# The thesis's claim: within so many metres for more than so many samples.
+NEAR = 0.01
+ENOUGH = 200
+# Two means so many times their common scatter apart are two answers, no scatter; and so much of the
+# answers at least must have each, or it is an outlier.
+_APART = 6.0
+_SHARE = 0.05
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One joint's constant from one refit of the whole figure.
+
+    Attributes:
+        passed: number of the pass, from 0.
+        level: percent of the frames that were left out.
+        frames: how many were left.
+        joint: its name.
+        samples: frames that showed the joint, of its best marker; 0 without an answer.
+        method: the estimator that was used.
+        frame: the points that gave the parent's axes in that refit.
+        x, y, z: metres, in the parent's frame of that refit; NaN without an answer.
+    """
+
+    passed: int
+    level: int
+    frames: int
+    joint: str
+    samples: int
+    method: str
+    frame: str
+    x: float
+    y: float
+    z: float
+
+
+def refits(
+    clip: Clip, fit: Callable[[Clip], SkeletonFit], passed: int, levels: Sequence[int], seed: int
+) -> list[Answer]:
+    """Refit the whole figure once a level, from the frames that are left.
+
+    What is drawn depends on seed, pass and level only, so that any part of the study can be made alone.
+
+    Args:
+        clip: the whole recording.
+        fit: makes a skeleton of a clip.
+        passed: number of the pass.
+        levels: percent of the frames to leave out.
+        seed: of the draw.
+    """
+    answers = []
+    for level in levels:
+        rng = np.random.default_rng([seed, passed, level])
+        left = clip.frames - round(clip.frames * level / 100)
+        kept = np.sort(rng.permutation(clip.frames)[:left])
+        try:
+            found = fit(replace(clip, points=clip.points[kept]))
+        except FitError:
+            continue
+        for joint in found.joints:
+            parent = found.segments.get(joint.parent)
+            frame = "" if parent is None else " ".join(parent.drawn_through)
+            samples = joint.samples // max(len(joint.markers), 1)
+            x, y, z = map(float, joint.centre)
+            answers.append(
+                Answer(passed, level, left, joint.joint, samples, joint.method, frame, x, y, z)
+            )
+    return answers
+
+
+@dataclass(frozen=True)
+class Group:
+    """Answers of one joint that mean the same point: a row of the thesis's tables 2 and 3.
+
+    Attributes:
+        joint: its name.
+        cluster: 1, or 2 and more where the joint has several answers; the largest first.
+        answers: how many.
+        frame, method: of these answers.
+        mean: metres.
+        deviation: standard deviations about it (N - 1), metres.
+        single: those of all the joint's answers about one mean, as the thesis's table 3 has them.
+    """
+
+    joint: str
+    cluster: int
+    answers: int
+    frame: str
+    method: str
+    mean: Array
+    deviation: Array
+    single: Array
+
+
+@dataclass(frozen=True)
+class Law:
+    """Deviation against number of samples, over all answers of a joint, or of all joints ("all").
+
+    Attributes:
+        joint: its name.
+        answers: how many.
+        slope: of log deviation in log samples; -½ is the law of independent samples.
+        slope_error: its standard error.
+        finite_slope: the same against n N / (N - n): frames are drawn from a clip of N and not put
+            back, so that the answers of nearly all frames lie closer together than -½ would have it.
+        at_enough: deviation at `ENOUGH` samples by the fitted law, metres.
+        near: share within `NEAR` of those with more than `ENOUGH` samples; NaN if there are none.
+    """
+
+    joint: str
+    answers: int
+    slope: float
+    slope_error: float
+    finite_slope: float
+    at_enough: float
+    near: float
+
+
+@dataclass(frozen=True, eq=False)
+class Summary:
+    """What the answers of all passes say.
+
+    Attributes:
+        answers: with an answer, in the order of passes and levels.
+        cluster: (answers,) of each.
+        deviation: (answers,) distance from its cluster's mean, metres.
+        groups: the tables of means and standard deviations.
+        laws: one a joint, then "all".
+    """
+
+    answers: tuple[Answer, ...]
+    cluster: NDArray[np.int64]
+    deviation: Array
+    groups: tuple[Group, ...]
+    laws: tuple[Law, ...]
+
+
+def summarise(answers: Iterable[Answer]) -> Summary:
+    """Clusters, means, deviations and the law of their fall with the number of samples.
+
+    Raises:
+        FitError: not one refit has an answer.
+    """
+    found = tuple(answer for answer in answers if np.isfinite(answer.x))
+    if not found:
+        raise FitError("no refit has an answer for any joint")
+    names = list(dict.fromkeys(answer.joint for answer in found))
+    joint = np.array([names.index(answer.joint) for answer in found])
+    places = np.array([(answer.x, answer.y, answer.z) for answer in found])
+    samples = np.array([answer.samples for answer in found], dtype=np.float64)
+    most = np.array([samples[joint == j].max() for j in range(len(names))])[joint]
+    cluster = np.zeros(len(found), dtype=np.int64)
+    deviation = np.zeros(len(found))
+    groups, laws = [], []
+    for number, name in enumerate(names):
+        mine = np.flatnonzero(joint == number)
+        kinds = [(found[i].frame, found[i].method) for i in mine]
+        cluster[mine] = 1 + clusters(places[mine], samples[mine], kinds)
+        single = _deviation(places[mine])
+        for which in range(1, cluster[mine].max() + 1):
+            rows = mine[cluster[mine] == which]
+            mean = places[rows].mean(axis=0)
+            deviation[rows] = np.linalg.norm(places[rows] - mean, axis=1)
+            frame, method = found[rows[0]].frame, found[rows[0]].method
+            own = _deviation(places[rows])
+            groups.append(Group(name, which, len(rows), frame, method, mean, own, single))
+        laws.append(_law(name, samples[mine], deviation[mine], most[mine]))
+    laws.append(_law("all", samples, deviation, most))
+    return Summary(found, cluster, deviation, tuple(groups), tuple(laws))
+
+
+def _deviation(places: Array) -> Array:
+    if len(places) < 2:
+        return np.full(places.shape[1], np.nan)
+    return np.asarray(places.std(axis=0, ddof=1))
+
+
+def clusters(places: Array, samples: Array, kinds: Sequence[object]) -> NDArray[np.int64]:
+    """(K,): to which of its joint's distinct answers each of the places (K, 3) belongs, 0 the largest.
+
+    Answers in other axes of the parent, or by another estimator, are not the same quantity (the
+    thesis's ankles and elbows): what is known of each answer's kind divides them first. What is not
+    known shows in the places: the answers from many samples scatter least, so the better half of a
+    kind decides. They are cut at the widest gap along their longest axis where the means of the two sides
+    lie several times their scatter apart, and each side again; the others belong to the nearest mean.
+
+    Args:
+        places: the answers.
+        samples: (K,) of each.
+        kinds: K of them, equal where nothing is known that tells two answers apart.
+    """
+    label = np.zeros(len(places), dtype=np.int64)
+    count = 0
+    for kind in dict.fromkeys(kinds):
+        mine = np.flatnonzero([kind == other for other in kinds])
+        better = mine[samples[mine] >= np.median(samples[mine])]
+        means = np.array([places[better[part]].mean(axis=0) for part in _parts(places[better])])
+        away = np.linalg.norm(places[mine][:, None] - means, axis=2)
+        label[mine] = count + away.argmin(axis=1)
+        count += len(means)
+    order = np.argsort(-np.bincount(label, minlength=count), kind="stable")
+    return np.argsort(order)[label]
+
+
+def _parts(places: Array) -> Iterator[NDArray[np.int64]]:
+    """Indices of each cluster."""
+    everything = np.arange(len(places))
+    centred = places - places.mean(axis=0)
+    least = max(3, int(np.ceil(_SHARE * len(places))))
+    if len(places) < 2 * least:
+        yield everything
+        return
+    along = centred @ np.linalg.eigh(centred.T @ centred)[1][:, -1]
+    order = np.argsort(along, kind="stable")
+    gaps = np.diff(along[order])[least - 1 : len(places) - least]
+    cut = least + int(gaps.argmax())
+    sides = np.sort(order[:cut]), np.sort(order[cut:])
+    means = [places[side].mean(axis=0) for side in sides]
+    scatter = np.sqrt(
+        sum(((places[side] - mean) ** 2).sum() for side, mean in zip(sides, means, strict=True))
+        / len(places)
+    )
+    # What rounding makes of answers that are all the same is no distance.
+    rounding = 1e-9 * np.abs(places).max()
+    if not np.linalg.norm(means[0] - means[1]) > _APART * scatter + rounding:
+        yield everything
+        return
+    for side in sides:
+        for part in _parts(places[side]):
+            yield side[part]
+
+
+def _law(name: str, samples: Array, deviation: Array, most: Array) -> Law:
+    # An answer on its mean to rounding is one of a kind: its logarithm says nothing.
+    usable = (deviation > 1e-12) & (samples > 0)
+    slope, error, offset = _line(np.log10(samples[usable]), np.log10(deviation[usable]))
+    drawn = usable & (samples < most)
+    n, whole = samples[drawn], most[drawn]
+    finite = _line(np.log10(n * whole / (whole - n)), np.log10(deviation[drawn]))
+    enough = samples > ENOUGH
+    return Law(
+        joint=name,
+        answers=len(samples),
+        slope=slope,
+        slope_error=error,
+        finite_slope=finite[0],
+        at_enough=float(10 ** (offset + slope * np.log10(ENOUGH))),
+        near=float((deviation[enough] <= NEAR).mean()) if enough.any() else float("nan"),
+    )
+
+
+def _line(x: Array, y: Array) -> tuple[float, float, float]:
+    """Slope, its standard error, and offset of the least-squares line; NaN without a spread in x."""
+    if len(x) < 3 or not np.ptp(x) > 0:
+        return float("nan"), float("nan"), float("nan")
+    (slope, offset), covariance = np.polyfit(x, y, 1, cov=True)
+    return float(slope), float(np.sqrt(covariance[0, 0])), float(offset)

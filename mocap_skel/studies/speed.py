@@ -1,0 +1,120 @@
+"""The time of every estimator against the number of points and the noise (thesis 6.4)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_skel.artificial.spheres import cap
+from mocap_skel.spherefit.moments import Array
+from mocap_skel.studies.contenders import CONTENDERS
+
+# The thesis's ranges: any noise of these is tried, and any angle, centre and radius.
+NOISE_RANGE = (1e-11, 1e12)
+CENTRE = 2.0
+LARGEST_RADIUS = 37.0
+# Below, a call's own cost hides what a point costs.
+MANY = 10_000
+# The thesis's ratios to GDKE, measured in C, and those that its operation counts give.
+THESIS = {"lls": 11.05, "igdk": 2.17, "mle_from_mean": 80.0}
+METHODS = ("gdke", "ugdk", "pratt", "igdk", "lls", "mle", "mle_from_mean")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One point set, and the seconds that each estimator took for it."""
+
+    points: int
+    noise: float
+    angle_deg: float
+    radius: float
+    seconds: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """An estimator's time by GDKE's over the trials of many points.
+
+    Attributes:
+        method: key of `CONTENDERS`.
+        median, lower, upper: with quartiles.
+        small_noise: the median where the noise is below one, as the thesis counts it for the MLE.
+        power: exponent of the time in the number of points.
+        thesis: its ratio, None where it gives none.
+    """
+
+    method: str
+    median: float
+    lower: float
+    upper: float
+    small_noise: float
+    power: float
+    thesis: float | None
+
+
+def trials(count: int, most_points: int, seed: int) -> Iterator[Trial]:
+    """Point sets drawn at random from the thesis's ranges, each timed with every estimator.
+
+    Numbers of points and noises are drawn evenly in their logarithm.
+
+    Args:
+        count: how many.
+        most_points: of one set.
+        seed: of all that is drawn; times are what they are.
+    """
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        points = round(10 ** rng.uniform(1, np.log10(most_points)))
+        noise = 10 ** rng.uniform(*np.log10(NOISE_RANGE))
+        degrees, radius = rng.uniform(0, 180), LARGEST_RADIUS * (1 - rng.uniform())
+        x = cap(rng, (points,), np.radians(degrees), radius)
+        x += rng.uniform(-CENTRE, CENTRE, 3) + noise * rng.normal(size=x.shape)
+        yield Trial(points, noise, degrees, radius, time_methods(x, noise, METHODS))
+
+
+def time_methods(x: Array, noise: float, methods: Iterable[str]) -> dict[str, float]:
+    """The best time in seconds of each estimator for the points (N, 3)."""
+    return {name: _best_time(name, x[None], noise) for name in methods}
+
+
+def _best_time(method: str, x: Array, noise: float) -> float:
+    """Repeated until a hundredth of a second has gone, three times at least for all but the slow ones."""
+    best, total, turns = np.inf, 0.0, 0
+    while total < 0.01 or (turns < 3 and total < 0.5):
+        start = time.perf_counter()
+        with np.errstate(all="ignore"):
+            CONTENDERS[method].centres(x, noise)
+        taken = time.perf_counter() - start
+        best, total, turns = min(best, taken), total + taken, turns + 1
+    return best
+
+
+def ratios(done: Iterable[Trial]) -> list[Ratio]:
+    """Each estimator's time by GDKE's in the trials of `MANY` points or more; of all if there are none."""
+    every = list(done)
+    many = [trial for trial in every if trial.points >= MANY] or every
+    found = []
+    for method in METHODS:
+        each = np.array([trial.seconds[method] / trial.seconds["gdke"] for trial in many])
+        calm = np.array([trial.noise < 1 for trial in many])
+        lower, median, upper = np.percentile(each, [25, 50, 75])
+        power = (
+            np.polyfit(
+                np.log([trial.points for trial in many]),
+                np.log([trial.seconds[method] for trial in many]),
+                1,
+            )[0]
+            if len(many) > 1
+            else np.nan
+        )
+        small = float(np.median(each[calm])) if calm.any() else float("nan")
+        found.append(
+            Ratio(
+                method, float(median), float(lower), float(upper), small, float(power),
+                THESIS.get(method),
+            )
+        )  # fmt: skip
+    return found

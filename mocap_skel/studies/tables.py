@@ -1,0 +1,113 @@
+"""What the studies found, as rows: the one source of their CSV, JSON and terminal tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from mocap_skel.studies.accuracy import MarkersScore, NoiseScore, Score
+from mocap_skel.studies.contenders import CONTENDERS
+from mocap_skel.studies.resample import Group, Law, Summary
+from mocap_skel.studies.speed import Ratio, Trial
+
+Row = dict[str, Any]
+
+
+def answer_rows(summary: Summary) -> list[Row]:
+    """One row an answer: everything that figure 24 is drawn from, metres."""
+    return [
+        {
+            "pass": answer.passed,
+            **{key: value for key, value in asdict(answer).items() if key != "passed"},
+            "cluster": int(cluster),
+            "deviation": float(deviation),
+        }
+        for answer, cluster, deviation in zip(
+            summary.answers, summary.cluster, summary.deviation, strict=True
+        )
+    ]
+
+
+def mean_rows(groups: Iterable[Group]) -> list[Row]:
+    """The thesis's table 2, metres; a joint of several answers has a row for each."""
+    return [
+        {
+            "joint": g.joint,
+            "cluster": g.cluster,
+            "answers": g.answers,
+            **_axes("mean", g.mean),
+            "method": g.method,
+            "frame": g.frame,
+        }
+        for g in groups
+    ]
+
+
+def deviation_rows(groups: Iterable[Group]) -> list[Row]:
+    """The thesis's table 3, metres, about each cluster's own mean, and about one mean for all."""
+    return [
+        {
+            "joint": g.joint,
+            "cluster": g.cluster,
+            "answers": g.answers,
+            **_axes("sd", g.deviation),
+            **_axes("sd_about_one_mean", g.single),
+        }
+        for g in groups
+    ]
+
+
+def law_rows(laws: Iterable[Law]) -> list[Row]:
+    """The power law of each joint's deviations, metres."""
+    return [asdict(law) for law in laws]
+
+
+def trial_rows(trials: Iterable[Trial]) -> list[Row]:
+    """One row a point set, with the time of each estimator in seconds."""
+    rows = []
+    for trial in trials:
+        row = asdict(trial)
+        seconds = row.pop("seconds")
+        rows.append({**row, **{f"{name}_seconds": value for name, value in seconds.items()}})
+    return rows
+
+
+def ratio_rows(ratios: Iterable[Ratio]) -> list[Row]:
+    """The estimators' times by GDKE's, beside the thesis's."""
+    return [{**_named(asdict(ratio))} for ratio in ratios]
+
+
+def score_rows(scores: Iterable[Score]) -> list[Row]:
+    """One row an estimator and cell, lengths in radii."""
+    return [{**_named(asdict(score)), "breaks": score.breaks} for score in scores]
+
+
+def noise_rows(scores: Iterable[NoiseScore]) -> list[Row]:
+    """One row a way to know the noise matrix, lengths in radii."""
+    rows = []
+    for score in scores:
+        row = asdict(score)
+        x, y, z = row.pop("spread")
+        rows.append({"sigma_x": x, "sigma_y": y, "sigma_z": z, **row})
+    return rows
+
+
+def marker_rows(scores: Iterable[MarkersScore]) -> list[Row]:
+    """One row a way to fit two markers of different noise, lengths in the first's radius."""
+    rows = []
+    for score in scores:
+        row = asdict(score)
+        first, second = row.pop("noises")
+        rows.append({"sigma_1": first, "sigma_2": second, **row})
+    return rows
+
+
+def _named(row: Row) -> Row:
+    return {"method": CONTENDERS[row.pop("method")].label, **row}
+
+
+def _axes(name: str, values: Sequence[float] | np.ndarray[Any, Any]) -> Row:
+    return {f"{name}_{axis}": float(v) for axis, v in zip("xyz", values, strict=True)}
