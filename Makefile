@@ -32,6 +32,7 @@ types: $(STAMP) ## mypy, strict
 	$(BIN)/mypy
 
 bench: $(STAMP) ## Timings side by side, and accuracy against known truth
+	$(BIN)/python benchmarks/bench_spheres.py
 	$(BIN)/python benchmarks/bench_fit.py
 	$(BIN)/python benchmarks/accuracy.py
 

@@ -9,25 +9,14 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
+
+from timing import alternate
 
 ROOT = Path(__file__).parent.parent
 REAL = ROOT.parent / "shared" / "clips" / "cmu" / "01_01.c3d"
 SAMPLE = ROOT / "sample_data" / "range_of_motion.c3d"
 ROUNDS = 9
-
-
-def alternate(*tasks: Callable[[], object]) -> list[float]:
-    """Best time of each task in seconds; they take turns, so that load hits all alike."""
-    times: list[list[float]] = [[] for _ in tasks]
-    for _ in range(ROUNDS):
-        for task, record in zip(tasks, times, strict=True):
-            start = time.perf_counter()
-            task()
-            record.append(time.perf_counter() - start)
-    return [min(record) for record in times]
 
 
 def cold(clip: Path, association: str) -> None:
@@ -40,6 +29,7 @@ def cold(clip: Path, association: str) -> None:
         whole, read = alternate(
             lambda: subprocess.run(fit, check=True, capture_output=True),
             lambda: subprocess.run(bare, check=True),
+            rounds=ROUNDS,
         )
     print("cold, a new process each time, best of", ROUNDS)
     print(f"  mocap-skel fit (read, fit, two CSV files)   {1e3 * whole:7.0f} ms")
@@ -58,6 +48,7 @@ def warm(clip: Path, association: str) -> None:
     fit, read = alternate(
         lambda: fit_skeleton(recording, assignment, known.skeleton),
         lambda: ezc3d.c3d(str(clip)),
+        rounds=ROUNDS,
     )
     frames, markers = recording.points.shape[:2]
     print(f"warm, {frames} frames x {markers} markers, best of", ROUNDS)

@@ -343,6 +343,14 @@ def _pool(m: Moments, shape: ArrayLike | None, weights: ArrayLike | None) -> _Sy
     """
     n = m.count
     below = np.maximum(n - 1.0, 0.0)
+    share = below / np.maximum(n, 1.0)
+    if n.shape[-1] == 1 and shape is None:
+        # The sums of one marker are its own moments: most of the time of a fit of few points.
+        covariance, third, fourth = m.covariance[..., 0, :, :], m.third[..., 0, :], m.fourth[..., 0]
+        mean, trace = m.mean[..., 0, :], np.trace(covariance, axis1=-2, axis2=-1)
+        square = share[..., 0] * trace
+        variance, reach = fourth - trace * square, np.abs(mean).max(axis=-1)
+        return _System(mean, covariance, 0.5 * third, None, None, square, variance, reach)
     part = below if weights is None else below * np.asarray(weights, dtype=np.float64)
     total = part.sum(axis=-1)[..., None]
     weight = part / np.where(total > 0, total, 1.0)
@@ -351,7 +359,6 @@ def _pool(m: Moments, shape: ArrayLike | None, weights: ArrayLike | None) -> _Sy
     hh = np.einsum("...d,...d->...", h, h)
     ch = np.einsum("...de,...e->...d", m.covariance, h)
     trace = np.trace(m.covariance, axis1=-2, axis2=-1)
-    share = below / np.maximum(n, 1.0)
     covariance = np.einsum("...p,...pde->...de", weight, m.covariance)
     within = m.fourth - trace**2 * share + 4 * np.einsum("...d,...d->...", m.third + ch, h)
     noise = shift = None
@@ -422,7 +429,7 @@ def _finish(
         centre=centre,
         radius=radius[..., 0] if alone else radius,
         axes=axes,
-        spread=np.einsum("...dk,...de,...ek->...k", axes, system.covariance, axes),
+        spread=(axes * (system.covariance @ axes)).sum(axis=-2),
         rank=above.sum(axis=-1),
         sigma=np.sqrt(noise),
     )

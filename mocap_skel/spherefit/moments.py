@@ -138,7 +138,7 @@ def central_moments(count: Array, place: Array, gram: Array) -> Moments:
     hh = np.einsum("...d,...d->...", h, h)
     c = gram[..., :-2, :-1]
     s, fourth = gram[..., :-2, -1], gram[..., -2, -1]
-    ch = np.einsum("...de,...e->...d", c, h)
+    ch = (c @ h[..., None])[..., 0]
     trace = gram[..., -1, -1]
     n = count[..., None]
     below = np.maximum(n - 1.0, 1.0)

@@ -143,10 +143,15 @@ def _against(
 
     wins = [c for c in cells if better(table["pratt", *c], table[other, *c])]
     losses = [c for c in cells if better(table[other, *c], table["pratt", *c])]
-    where = ", ".join(f"σ/r {noise:g} at {angle:g}°" for noise, angle in wins)
+    inside = sum(table["pratt", *c].criterion for c in wins)
+    widest: dict[float, float] = {}
+    for noise, angle in wins:
+        widest[noise] = max(widest.get(noise, 0.0), angle)
+    where = ", ".join(f"{noise:g} up to {angle:g}°" for noise, angle in widest.items())
     return (
-        f"Pratt beats {CONTENDERS[other].label} by over 5 % in {len(wins)} cells"
-        f"{f' ({where})' if wins else ''}, loses in {len(losses)}, the rest are equal"
+        f"Pratt beats {CONTENDERS[other].label} by over 5 % in {len(wins)} of {len(cells)} cells, "
+        f"{inside} of them within the criterion{f' (σ/r {where})' if wins else ''}; it loses in "
+        f"{len(losses)}; the rest are equal"
     )
 
 
