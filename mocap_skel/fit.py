@@ -116,7 +116,7 @@ def fit_skeleton(
         method: the sphere fit, one of `spherefit.METHODS`; "best" is MGDK, with SGDK where a direction is
             not shown.
         noise: how it is estimated. "rigid": one level for the clip, from the rigidity of the segments.
-            "matrix": each segment's whole matrix, from the same residuals. "marker": a level for each
+            "matrix": a whole matrix for the clip, from the same residuals. "marker": a level for each
             marker, from its own radial residuals, and weights that go with it.
 
     Raises:
@@ -196,6 +196,8 @@ class _Walk:
         }
         self.noise = clip_noise(self.points, self.shapes, sigma, noise)
         self.sigma = self.noise.sigma
+        if self.noise.note:
+            self.notes.append(self.noise.note)
 
     def _seen(self, segment: str, columns: dict[str, int]) -> dict[str, int]:
         there = {
@@ -270,7 +272,7 @@ class _Walk:
             max(own[0].sigma if own else 0.0, self.sigma),
             self.frames[segment.parent],
             self.method,
-            self.noise.in_frame(parent.pose, segment.name),
+            self.noise.in_frame(parent.pose),
             each=self.noise.each,
         )
         if found is None:

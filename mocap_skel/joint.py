@@ -160,7 +160,7 @@ def fit_centre(
         own_sigma: the same as the child's own rigid shape shows it, skin movement included.
         frame: the parent's frame.
         method: one of `spherefit.METHODS`, or `BEST`.
-        noise: (3, 3) Σ̂ / sigma² of a marker in the parent's frame; the unit matrix if None.
+        noise: (3, 3) Σ̂ / sigma² of a marker along the parent's axes; the unit matrix if None.
         each: take each marker's noise from its own radial residuals instead, and weigh it by that.
 
     Returns:
@@ -181,7 +181,7 @@ def fit_centre(
     if moments.count.max(initial=0) < LEAST_SAMPLES:
         return None
     eye = np.broadcast_to(np.eye(3), (inside.shape[1], 3, 3))
-    lever = _Lever.of(frame)
+    lever = _Lever.of(frame, noise)
     leverage = np.zeros_like(eye) if lever is None else lever.covariance(moments)
     if each:
         fit = _weighted_fit(inside, moments, method)
@@ -198,11 +198,11 @@ def fit_centre(
     # Skin movement is not independent of the joint's, so it is nothing to take away; but spread that
     # it alone would make, with the segments' rigid residuals as its size, proves nothing.
     skin = frame.shape.sigma if frame.shape else own_sigma
-    frame_noise = own_sigma**2 * eye + skin**2 * leverage
+    still = own_sigma**2 * eye + skin**2 * leverage
     weakest = float(np.sqrt(max(float(fit.spread.min()), 0.0)))
     rank = int(fit.rank)
-    shown = _shown(rank, weakest, residual, _spread_over_noise(moments, frame_noise))
-    covariance = _covariance(moments, fit, effective, sigma, frame_noise, shown[0] == "yes")
+    shown = _shown(rank, weakest, residual, _spread_over_noise(moments, still))
+    covariance = _covariance(moments, fit, effective, sigma, still, shown[0] == "yes")
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     determined, reason = min(
         ("yes", "") if fit.converged else ("no", f"{method.upper()} did not converge"),
@@ -287,34 +287,44 @@ class _Lever:
     The frame turns about its axes by independent small angles, and a point y moves by angle × y.
 
     Attributes:
-        origin: variance of the frame's origin.
+        origin: (3, 3) covariance of the frame's origin.
         turns: (3,) variances of the angles, radians² a metre².
         axes: (3, 3), the axes of the turns as rows.
         cross: (3, 3, 3), their cross products: cross[k] @ y is axis k × y.
     """
 
-    origin: float
+    origin: Array
     turns: Array
     axes: Array
     cross: Array
 
     @staticmethod
-    def of(frame: Frame) -> _Lever | None:
-        """None for a frame on one marker, whose noise the markers' places do not tell."""
+    def of(frame: Frame, noise: Array | None = None) -> _Lever | None:
+        """None for a frame on one marker, whose noise the markers' places do not tell.
+
+        With Σ a marker's noise, n its displacement, t its place about the centroid and I = Σ |t|² - t tᵀ,
+        a least-squares frame moves by the mean of n and turns by I⁻¹ Σ t × n: independent of each other.
+        """
         if frame.shape is None:
             return None
         template = frame.shape.template[np.isfinite(frame.shape.template[:, 0])]
         centred = template - template.mean(axis=0)
         scatter = centred.T @ centred
-        turns, axes = np.linalg.eigh(np.linalg.inv(np.trace(scatter) * np.eye(3) - scatter))
-        return _Lever(1.0 / len(centred), turns, axes.T, np.einsum("kj,jil->kil", axes.T, _CROSS))
+        angles = np.linalg.inv(np.trace(scatter) * np.eye(3) - scatter)
+        if noise is None:
+            noise = np.eye(3)
+        else:
+            arms = np.einsum("mj,jil->mil", centred, _CROSS)
+            angles = angles @ np.einsum("mij,jk,mlk->il", arms, noise, arms) @ angles
+        turns, axes = np.linalg.eigh(angles)
+        return _Lever(noise / len(centred), turns, axes.T, np.einsum("kj,jil->kil", axes.T, _CROSS))
 
     def covariance(self, moments: Moments) -> Array:
         """(M, 3, 3): Σ of the noise at the points' places, averaged over them."""
         at = moments.mean[..., :, None] * moments.mean[..., None, :] + moments.covariance
         # u × y over all places y of the marker: [u]× E[y yᵀ] [u]×ᵀ
         each = self.cross @ at[:, None] @ self.cross.transpose(0, 2, 1)
-        return np.asarray(np.einsum("k,mkij->mij", self.turns, each) + self.origin * np.eye(3))
+        return np.asarray(np.einsum("k,mkij->mij", self.turns, each) + self.origin)
 
     def third_moment(self, moments: Moments, inside: Array) -> Array:
         """(M, 3): what the noise adds to S because it grows with the distance from the frame.

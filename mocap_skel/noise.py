@@ -1,4 +1,4 @@
-"""The measurement noise of a clip's markers: one level for all, or a whole matrix a segment (thesis 6.7)."""
+"""The measurement noise of a clip's markers: one level, or a whole matrix (thesis 6.7)."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from mocap_skel.pose import Array, Pose
 from mocap_skel.shape import Shape, median
 
-# How it is found: one level from the rigidity of the segments, a matrix each from the same, or from
-# each marker's own radial residuals, joint by joint.
+# How it is found: one level from the rigidity of the segments, a matrix from the same, or from each
+# marker's own radial residuals, joint by joint.
 NOISES = ("rigid", "matrix", "marker")
 # Frames with all markers that an estimate of six numbers has to have.
 _LEAST_FRAMES = 20
@@ -31,21 +31,22 @@ class ClipNoise:
 
     Attributes:
         sigma: standard deviation per coordinate, metres.
-        matrices: segment → Σ̂ (3, 3) along the lab's axes, m²; empty where the level is all.
-        each: whether each joint finds it for each of its markers instead.
+        matrix: Σ̂ (3, 3) along the lab's axes, m²; None where the level is all.
+        each: whether each joint finds the noise of each of its markers instead.
+        note: what there is to say about it.
     """
 
     sigma: float
-    matrices: dict[str, Array]
-    each: bool
+    matrix: Array | None = None
+    each: bool = False
+    note: str = ""
 
-    def in_frame(self, frame: Pose, segment: str) -> Array | None:
-        """Σ̂ / sigma², (3, 3), of a segment's markers along the axes of a frame, mean over time."""
-        if segment not in self.matrices or not self.sigma > 0:
+    def in_frame(self, frame: Pose) -> Array | None:
+        """Σ̂ / sigma², (3, 3), along the axes of a segment, mean over time."""
+        if self.matrix is None or not self.sigma > 0:
             return None
         turns = frame.rotation[frame.known]
-        inside = turns.swapaxes(1, 2) @ self.matrices[segment] @ turns
-        return np.asarray(inside.mean(axis=0) / self.sigma**2)
+        return np.asarray((turns.swapaxes(1, 2) @ self.matrix @ turns).mean(axis=0) / self.sigma**2)
 
 
 def clip_noise(
@@ -63,23 +64,29 @@ def clip_noise(
         how: one of `NOISES`.
     """
     if isinstance(sigma, np.ndarray):
-        return ClipNoise(float(np.sqrt(np.trace(sigma) / 3)), dict.fromkeys(points, sigma), False)
+        return ClipNoise(float(np.sqrt(np.trace(sigma) / 3)), sigma)
     if sigma is not None:
-        return ClipNoise(sigma, {}, False)
+        return ClipNoise(sigma)
     # Skin and swapped markers only ever add to a shape's residual, so the more rigid segments
     # tell of the cameras; the very first may be some that the lab's software has filled in.
     rigid = sorted(shape.sigma for shape, _ in shapes.values()) or [0.0]
     level = rigid[len(rigid) // 3]
-    if how != "matrix":
-        return ClipNoise(level, {}, how == "marker")
-    found: dict[str, Array] = {}
-    for name, (shape, pose) in shapes.items():
-        matrix = rigid_noise_matrix(points[name], shape, pose)
-        if matrix is not None:
-            found[name] = matrix
-    # A segment without four markers gets what the others show on average, or the level.
-    mean: Array = np.asarray(np.mean(list(found.values()) or [level**2 * np.eye(3)], axis=0))
-    return ClipNoise(level, {name: found.get(name, mean) for name in points}, False)
+    if how != "matrix" or not level > 0:
+        return ClipNoise(level, each=how == "marker")
+    found = {
+        shape.sigma: matrix
+        for name, (shape, pose) in shapes.items()
+        for matrix in [rigid_noise_matrix(points[name], shape, pose)]
+        if matrix is not None and shape.sigma > 0
+    }
+    if not found:
+        note = "no segment has four markers that are seen together: no noise matrix, one level"
+        return ClipNoise(level, note=note)
+    # All markers are seen by the same cameras, so the clip has one matrix: that of the segment that is as
+    # rigid as the level says, neither moved by skin nor filled in by software.
+    nearest = min(found, key=lambda own: abs(np.log(own / level)))
+    matrix = found[nearest] * (level / nearest) ** 2
+    return ClipNoise(float(np.sqrt(np.trace(matrix) / 3)), matrix)
 
 
 def rigid_noise_matrix(points: Array, shape: Shape, pose: Pose) -> Array | None:

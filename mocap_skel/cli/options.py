@@ -104,8 +104,8 @@ method = click.option(
 )  # fmt: skip
 noise = click.option(
     "--noise", type=click.Choice(["rigid", "matrix", "marker"]), default="rigid", show_default=True,
-    help="How the noise is estimated: one level from the segments' rigidity, a whole matrix a segment "
-    "from the same, or a level for each marker from its own residuals.",
+    help="How the noise is estimated: one level from the segments' rigidity, a whole matrix from "
+    "the same, or a level for each marker from its own residuals.",
 )  # fmt: skip
 output = click.option(
     "-o", "--output", default=".", metavar="DIR", show_default="current folder",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -91,7 +92,7 @@ class Group:
         joint: its name.
         cluster: 1, or 2 and more where the joint has several answers; the largest first.
         answers: how many.
-        frame, method: of these answers.
+        frame, method: of most of them.
         mean: metres.
         deviation: standard deviations about it (N - 1), metres.
         single: those of all the joint's answers about one mean, as the thesis's table 3 has them.
@@ -176,7 +177,9 @@ def summarise(answers: Iterable[Answer]) -> Summary:
             rows = mine[cluster[mine] == which]
             mean = places[rows].mean(axis=0)
             deviation[rows] = np.linalg.norm(places[rows] - mean, axis=1)
-            frame, method = found[rows[0]].frame, found[rows[0]].method
+            (frame, method), _ = Counter(
+                (found[i].frame, found[i].method) for i in rows
+            ).most_common(1)[0]
             own = _deviation(places[rows])
             groups.append(Group(name, which, len(rows), frame, method, mean, own, single))
         laws.append(_law(name, samples[mine], deviation[mine], most[mine]))
@@ -193,11 +196,12 @@ def _deviation(places: Array) -> Array:
 def clusters(places: Array, samples: Array, kinds: Sequence[object]) -> NDArray[np.int64]:
     """(K,): to which of its joint's distinct answers each of the places (K, 3) belongs, 0 the largest.
 
-    Answers in other axes of the parent, or by another estimator, are not the same quantity (the
+    Answers in other axes of the parent, or by another estimator, may be another quantity (the
     thesis's ankles and elbows): what is known of each answer's kind divides them first. What is not
     known shows in the places: the answers from many samples scatter least, so the better half of a
-    kind decides. They are cut at the widest gap along their longest axis where the means of the two sides
-    lie several times their scatter apart, and each side again; the others belong to the nearest mean.
+    kind decides. They are cut at the widest gap along their longest axis, and each side again; the others
+    belong to the nearest mean. Whatever divides them, two parts are distinct only if their means lie
+    several times their scatter apart.
 
     Args:
         places: the answers.
@@ -213,8 +217,35 @@ def clusters(places: Array, samples: Array, kinds: Sequence[object]) -> NDArray[
         away = np.linalg.norm(places[mine][:, None] - means, axis=2)
         label[mine] = count + away.argmin(axis=1)
         count += len(means)
-    order = np.argsort(-np.bincount(label, minlength=count), kind="stable")
-    return np.argsort(order)[label]
+    return _by_size(_merged(places, _by_size(label)))
+
+
+def _by_size(label: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The same parts, numbered from the largest."""
+    _, number, size = np.unique(label, return_inverse=True, return_counts=True)
+    return np.argsort(np.argsort(-size, kind="stable"), kind="stable")[number]
+
+
+def _merged(places: Array, label: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Parts in the order of their sizes, those that are not distinct from a larger one joined to it."""
+    label = label.copy()
+    for part in range(1, label.max() + 1):
+        for larger in range(part):
+            sides = [np.flatnonzero(label == which) for which in (larger, part)]
+            if all(len(side) for side in sides) and not _distinct(places, sides):
+                label[sides[1]] = larger
+                break
+    return label
+
+
+def _distinct(places: Array, sides: Sequence[NDArray[np.int64]]) -> bool:
+    """Whether the means of two sets lie several times their common scatter apart."""
+    means = [places[side].mean(axis=0) for side in sides]
+    square = sum(((places[side] - m) ** 2).sum() for side, m in zip(sides, means, strict=True))
+    scatter = np.sqrt(square / sum(map(len, sides)))
+    # What rounding makes of answers that are all the same is no distance.
+    rounding = 1e-9 * np.abs(places).max()
+    return bool(np.linalg.norm(means[0] - means[1]) > _APART * scatter + rounding)
 
 
 def _parts(places: Array) -> Iterator[NDArray[np.int64]]:
@@ -230,14 +261,7 @@ def _parts(places: Array) -> Iterator[NDArray[np.int64]]:
     gaps = np.diff(along[order])[least - 1 : len(places) - least]
     cut = least + int(gaps.argmax())
     sides = np.sort(order[:cut]), np.sort(order[cut:])
-    means = [places[side].mean(axis=0) for side in sides]
-    scatter = np.sqrt(
-        sum(((places[side] - mean) ** 2).sum() for side, mean in zip(sides, means, strict=True))
-        / len(places)
-    )
-    # What rounding makes of answers that are all the same is no distance.
-    rounding = 1e-9 * np.abs(places).max()
-    if not np.linalg.norm(means[0] - means[1]) > _APART * scatter + rounding:
+    if not _distinct(places, sides):
         yield everything
         return
     for side in sides:

@@ -134,8 +134,8 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
     words = [
         f"{clip.name}: {clip.frames} frames, {asked} refits of the whole figure "
         f"({plan.passes} passes, 0 to {plan.levels - 1} % left out, seed {plan.seed})",
-        f"deviation falls as N^{law.slope:.2f} ± {law.slope_error:.2f}; against n N/(N - n), which knows "
-        f"that the clip ends, as {law.finite_slope:.2f}",
+        f"deviation falls with the samples as n^{law.slope:.2f} ± {law.slope_error:.2f}; as "
+        f"(n N/(N - n))^{law.finite_slope:.2f} when it counts that all n come from one clip of N",
         f"{100 * law.near:.1f} % of the answers from more than 200 samples lie within 1 cm",
         "joints with several distinct answers, each measured about its own mean: "
         + (", ".join(f"{joint} ({count})" for joint, count in split.items()) or "none"),
