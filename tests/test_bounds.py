@@ -95,9 +95,12 @@ def test_the_largest_noise_of_several_joints_is_each_ones_own():
 
 
 def inverse(information):
-    """An inverse and its error: rounding times the condition of the matrix, and its size."""
+    """An inverse and its error: that of the information, times its condition.
+
+    A mean of 24 x 24 products is rounded to √576 ulps.
+    """
     found = np.linalg.inv(information)
-    return found, 16 * EPS * np.linalg.cond(information) * np.abs(found).max()
+    return found, 24 * EPS * np.linalg.cond(information) * np.linalg.norm(found, 2)
 
 
 def sphere_information(theta):

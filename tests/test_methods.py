@@ -262,7 +262,7 @@ def test_lls_loses_the_digits_of_the_distance_and_gdke_does_not():
     # last of their digits.
     rng = np.random.default_rng(8)
     centre = 10.0 * direction(rng)
-    x = markers(rng, 20, 200, 20.0)[:1] + centre
+    x = markers(rng, 1, 200, 20.0) + centre
     lost, kept = (np.linalg.norm(fit_sphere(x, name).centre - centre) for name in ("lls", "gdke"))
     assert kept <= 0.1 * rounding(20, 10, 0.1)
     assert kept < lost <= linear_error(x)
@@ -280,6 +280,14 @@ def test_a_noise_that_is_not_given_is_pratts(name):
         other.centre, mgdk(sphere_moments(x), 0.004).centre, atol=error(name, x)
     )
     assert np.linalg.norm(other.centre - fit.centre) > 1e-5 and other.sigma == 0.004
+
+
+@pytest.mark.parametrize("name", ["ugdk", "mgdk", "igdk"])
+def test_no_noise_is_a_noise_that_is_given_and_leaves_gdke(name):
+    x = markers(np.random.default_rng(45), 2, 200, noise=0.005)
+    fit = fit_sphere(x, name, sigma=0.0)
+    np.testing.assert_allclose(fit.centre, fit_sphere(x, "gdke").centre, atol=error(name, x))
+    assert fit.sigma == 0
 
 
 def test_sgdk_is_what_is_taken_without_a_name():
@@ -325,7 +333,7 @@ def test_an_unknown_method_is_an_error_that_names_those_there_are():
 def test_degenerate_points_are_an_error_in_words(name, case, sigma):
     points, message = DEGENERATE[case]
     with pytest.raises(
-        DegenerateSphereError, match="needs at least|do not span a sphere"
+        DegenerateSphereError, match=r"needs at least|do not span a sphere"
     ) as caught:
         fit_sphere(points, name, sigma=sigma)
     assert isinstance(caught.value, MocapSkelError) and isinstance(caught.value, ValueError)
@@ -376,7 +384,9 @@ def test_a_sphere_takes_one_point_more_than_dimensions(name, dimension):
     # As many equations as unknowns: whatever the points, their condition is what counts.
     tolerance = max(linear_error(x[None]), 1e5 * EPS)
     np.testing.assert_allclose(fit_sphere(x, name, sigma=0.0).centre, 0.0, atol=tolerance)
-    with pytest.raises(DegenerateSphereError, match=f"at least {dimension + 1} points|do not span"):
+    with pytest.raises(
+        DegenerateSphereError, match=rf"at least {dimension + 1} points|do not span"
+    ):
         fit_sphere(x[:-1], name, sigma=0.0)
 
 
@@ -528,8 +538,8 @@ def test_the_jacobian_of_mle_is_the_derivative_of_its_residuals(monkeypatch):
 def test_mle_recovers_from_a_bad_start(count, degrees):
     rng = np.random.default_rng(23)
     x = markers(rng, count, 200, degrees, noise=0.001)
-    # To the other side than the points, where nothing turns the fit inside out; on a point; and
-    # half a radius away to any side.
+    # On the other side than the points, where no step turns the fit inside out; on a point; and half
+    # a radius away on any side.
     outwards = -x.mean(axis=(0, 1)) / np.linalg.norm(x.mean(axis=(0, 1)))
     starts = [0.5 * outwards, 5.0 * outwards, x[0, 0], *(0.05 * direction(rng) for _ in range(5))]
     expected = mle(x)
@@ -574,9 +584,11 @@ def test_mle_with_each_markers_own_sigma_reaches_the_bound():
     assert difference.mean() > 4 * difference.std() / np.sqrt(trials)
 
 
-@pytest.mark.parametrize("start", [None, [0.5, -0.5, 0.5]])
-def test_mle_says_when_it_has_not_converged(start):
+@pytest.mark.parametrize("away", [None, 0.5])
+def test_mle_says_when_it_has_not_converged(away):
     x = markers(np.random.default_rng(28), 1, 100, 40.0, noise=0.002)
+    middle = x.mean(axis=(0, 1))
+    start = None if away is None else -away * middle / np.linalg.norm(middle)
     short, long = mle(x, start=start, most=2), mle(x, start=start)
     assert not short.converged and long.converged
     assert np.isfinite(short.centre).all() and np.isfinite(short.radius).all()
@@ -741,7 +753,7 @@ def test_the_moments_of_igdk_are_those_of_the_samples_so_far():
     x = markers(rng, 2, 200, noise=0.001) + direction(rng)
     x[1, ::3] = np.nan
     fits = list(igdk(x.swapaxes(0, 1)))
-    for k in (0, 4, 50, 199):
+    for k in (1, 4, 50, 199):
         # Running sums are rounded √n times, of numbers as wide as the larger sphere.
         assert_same(
             fits[k].moments,
@@ -754,6 +766,14 @@ def test_the_moments_of_igdk_are_those_of_the_samples_so_far():
     np.testing.assert_allclose(
         pratt(fits[-1].moments).centre, expected.centre, rtol=0, atol=running_error(x)
     )
+
+
+def test_a_marker_that_igdk_has_not_seen_yet_has_the_moments_of_no_points():
+    x = markers(np.random.default_rng(44), 2, 50, 90.0)
+    x[1] = np.nan
+    *_, last = igdk(x.swapaxes(0, 1))
+    assert_same(last.moments[1], sphere_moments(x[1]), 0.0, 1.0)
+    np.testing.assert_allclose(gdke(last.moments).centre, 0.0, atol=running_error(x))
 
 
 def test_there_is_no_centre_before_the_samples_determine_one():

@@ -111,6 +111,10 @@ output = click.option(
     "-o", "--output", default=".", metavar="DIR", show_default="current folder",
     help="Folder for the results; - sends one clip's first format to standard output.",
 )  # fmt: skip
+folder = click.option(
+    "-o", "--output", "folder", default=".", metavar="DIR", show_default="current folder",
+    type=click.Path(path_type=Path), help="Folder for the results.",
+)  # fmt: skip
 overwrite = click.option("--overwrite", is_flag=True, help="Replace result files that exist.")
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON lines, not a table.")
 unit = click.option(

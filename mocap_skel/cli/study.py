@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mocap_skel.cli import options, say
-from mocap_skel.errors import CallError
 
 if TYPE_CHECKING:
     from mocap_skel.studies.run import Findings, Where
@@ -40,7 +39,9 @@ def seed(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @command.command(
-    "resample", epilog="Example: mocap-skel study resample walk.c3d --assoc cmu -o study"
+    "resample",
+    short_help="Refit a clip with frames left out at random (6.1).",
+    epilog="Example: mocap-skel study resample walk.c3d --assoc cmu -o study",
 )
 @options.clip
 @options.association
@@ -62,7 +63,7 @@ def seed(function: Callable[..., Any]) -> Callable[..., Any]:
 @options.rate
 @workers
 @figures
-@options.output
+@options.folder
 @options.overwrite
 @options.as_json
 @options.quiet
@@ -82,7 +83,7 @@ def resample(
     rate: float | None,
     workers: int | None,
     figures: bool,
-    output: str,
+    folder: Path,
     overwrite: bool,
     as_json: bool,
     quiet: bool,
@@ -105,7 +106,7 @@ def resample(
         association=read_association(association, skeleton), subject=subject, sigma=sigma, pose=pose,
         method=method, noise=noise, unit=unit, rate=rate,
     )  # fmt: skip
-    where = _where(output, overwrite, figures, quiet, "refits", workers)
+    where = _where(folder, overwrite, figures, quiet, "refits", workers)
     found = run.resample(clip, job, run.Resampling(passes, levels, seed), where)
     tables = {
         "Means of the joints' constants, m (thesis table 2)": "means",
@@ -115,7 +116,11 @@ def resample(
     return _show(found, tables, as_json)
 
 
-@command.command("speed", epilog="Example: mocap-skel study speed --trials 100 -o study")
+@command.command(
+    "speed",
+    short_help="Time every estimator (6.4).",
+    epilog="Example: mocap-skel study speed --trials 100 -o study",
+)
 @click.option(
     "--trials", type=click.IntRange(1), default=200, show_default=True, help="Point sets to time."
 )
@@ -125,7 +130,7 @@ def resample(
 )  # fmt: skip
 @seed
 @figures
-@options.output
+@options.folder
 @options.overwrite
 @options.as_json
 @options.quiet
@@ -134,7 +139,7 @@ def speed(
     most_points: int,
     seed: int,
     figures: bool,
-    output: str,
+    folder: Path,
     overwrite: bool,
     as_json: bool,
     quiet: bool,
@@ -146,12 +151,16 @@ def speed(
     """
     from mocap_skel.studies import run
 
-    where = _where(output, overwrite, figures, quiet, "sets", None)
+    where = _where(folder, overwrite, figures, quiet, "sets", None)
     found = run.run_speed(trials, most_points, seed, where)
     return _show(found, {"Time against GDKE's": "ratios"}, as_json)
 
 
-@command.command("accuracy", epilog="Example: mocap-skel study accuracy --trials 50 -o study")
+@command.command(
+    "accuracy",
+    short_help="Error of every estimator against the bound (6.6).",
+    epilog="Example: mocap-skel study accuracy --trials 50 -o study",
+)
 @click.option(
     "--trials", type=click.IntRange(2), default=200, show_default=True, help="Point sets a cell."
 )
@@ -165,7 +174,7 @@ def speed(
 @seed
 @workers
 @figures
-@options.output
+@options.folder
 @options.overwrite
 @options.as_json
 @options.quiet
@@ -175,7 +184,7 @@ def accuracy(
     seed: int,
     workers: int | None,
     figures: bool,
-    output: str,
+    folder: Path,
     overwrite: bool,
     as_json: bool,
     quiet: bool,
@@ -189,7 +198,7 @@ def accuracy(
     from mocap_skel.studies import run
     from mocap_skel.studies.accuracy import Plan
 
-    where = _where(output, overwrite, figures, quiet, "cells", workers)
+    where = _where(folder, overwrite, figures, quiet, "cells", workers)
     found = run.run_accuracy(Plan(count=points, trials=trials, seed=seed), where)
     tables = {
         "A noise matrix, σ along x, y, z in radii (thesis 6.7)": "noise",
@@ -199,12 +208,9 @@ def accuracy(
 
 
 def _where(
-    output: str, overwrite: bool, figures: bool, quiet: bool, unit: str, workers: int | None
+    folder: Path, overwrite: bool, figures: bool, quiet: bool, unit: str, workers: int | None
 ) -> Where:
     from mocap_skel.studies.run import Where, no_progress
-
-    if output == "-":
-        raise CallError("a study has several result files", "give -o a folder")
 
     def bar(parts: Iterable[Any], count: int) -> Iterable[Any]:
         from tqdm import tqdm
@@ -213,7 +219,7 @@ def _where(
 
     shown = sys.stderr.isatty() and not quiet
     called = shlex.join(["mocap-skel", *sys.argv[1:]])
-    return Where(Path(output), overwrite, figures, called, bar if shown else no_progress, workers)
+    return Where(folder, overwrite, figures, called, bar if shown else no_progress, workers)
 
 
 def _show(found: Findings, tables: dict[str, str], as_json: bool) -> int:

@@ -53,13 +53,15 @@ def crlb_circle(count: ArrayLike, sigma: ArrayLike, angle: ArrayLike) -> Array:
 def _arc_terms(theta: Array) -> tuple[Array, Array]:
     """Θ - cos θ sin θ and 2θ (θ + cos θ sin θ) - 4 sin² θ, whose leading digits cancel for small θ."""
     x = 2 * theta
-    series = x < 0.1
+    series = x < 0.2
     across = np.where(
-        series, x**3 / 12 * (1 - x**2 / 20 + x**4 / 840), theta - np.cos(theta) * np.sin(theta)
+        series,
+        x**3 / 12 * (1 - x**2 / 20 + x**4 / 840 - x**6 / 60480),
+        theta - np.cos(theta) * np.sin(theta),
     )
     both = np.where(
         series,
-        x**6 / 720 * (1 - x**2 / 28 + x**4 / 1680),
+        x**6 / 720 * (1 - x**2 / 28 + x**4 / 1680 - x**6 / 166320),
         2 * theta * (theta + np.cos(theta) * np.sin(theta)) - 4 * np.sin(theta) ** 2,
     )
     return across, both

@@ -33,7 +33,7 @@ class SphereFit:
             their counts), m².
         rank: (...), the number of directions that were solved; the first D - rank axes were not.
         sigma: (...), the noise standard deviation that was taken away, metres.
-        converged: (...), False where an iteration ended before it had reached its answer.
+        converged: (), False where an iteration ended before it had reached its answer.
     """
 
     centre: Array

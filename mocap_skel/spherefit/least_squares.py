@@ -18,6 +18,9 @@ from mocap_skel.spherefit.estimators import (
 )
 from mocap_skel.spherefit.moments import Array, sphere_moments
 
+# A sphere whose centre lies so many standard deviations of the points away is a plane.
+PLANE = 1e4
+
 
 def lls(points: ArrayLike) -> SphereFit:
     """Linear least squares on |x|² = 2 c·x + k_p, a system of N rows and D + M columns, by SVD.
@@ -75,7 +78,9 @@ def mle(
     x, marker = _listed(points)
     dimension = x.shape[1]
     m = sphere_moments(points)
-    first = pratt(m).centre if start is None else np.asarray(start, dtype=np.float64)
+    # Also where a start is given: it tells whether the points span a sphere.
+    closed = pratt(m)
+    first = closed.centre if start is None else np.asarray(start, dtype=np.float64)
     scale = (1.0 / np.broadcast_to(np.asarray(sigma, dtype=np.float64), marker[-1] + 1))[marker]
     number = np.arange(len(x))
     jacobian = np.zeros((dimension + marker[-1] + 1, len(x)))
@@ -101,6 +106,9 @@ def mle(
     )  # fmt: skip
     # MINPACK's codes 1 to 4 are its tests of convergence; 6 to 8 say that rounding stops it sooner.
     reached = code in (1, 2, 3, 4, 6, 7, 8)
+    # With too much noise the minimum lies at infinity, where the sphere is a plane.
+    extent = np.sqrt(np.maximum(closed.spread.max(), 0.0))
+    reached &= bool(np.linalg.norm(answer[:dimension] - closed.centre) < PLANE * extent)
     return found_elsewhere(m, answer[:dimension], np.abs(answer[dimension:]), converged=reached)
 
 
@@ -109,7 +117,7 @@ def _listed(points: ArrayLike) -> tuple[Array, NDArray[np.intp]]:
     x = np.asarray(points, dtype=np.float64)
     if x.ndim not in (2, 3):
         raise ValueError(f"points must have shape (M, N, D) or (N, D), got {x.shape}")
-    markers = x.reshape(-1, *x.shape[-2:])
+    markers = x[None] if x.ndim == 2 else x
     seen = np.isfinite(markers).all(axis=-1)
     counts = seen.sum(axis=-1)
     dimension = x.shape[-1]

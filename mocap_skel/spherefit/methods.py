@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mocap_skel.spherefit.estimators import (
-    DegenerateSphereError,
     SphereFit,
     found_elsewhere,
     gdke,
@@ -45,7 +44,8 @@ def fit_sphere(
 
     Raises:
         ValueError: no such method.
-        DegenerateSphereError: the points do not determine a sphere.
+        DegenerateSphereError: the points do not determine a sphere; for lls and mle also if one of
+            several markers has no point, whose radius the others leave NaN.
         MissingExtraError: mle without SciPy.
     """
     if method not in METHODS:
@@ -70,7 +70,7 @@ def fit_sphere(
 
 def _last_of_running(points: ArrayLike, m: Moments, sigma: float) -> SphereFit:
     """IGDK's answer after the last sample."""
-    centre = running_centres(points, sigma)[-1]
-    if np.isnan(centre).any():
-        raise DegenerateSphereError("the points do not span a sphere, or are lost in noise")
+    centre = running_centres(points, sigma)[-1:].ravel()
+    if not len(centre) or np.isnan(centre).any():
+        return mgdk(m, sigma)  # which says why there is none
     return found_elsewhere(m, centre, sigma=sigma)

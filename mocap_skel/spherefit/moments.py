@@ -94,9 +94,11 @@ def _place(x: Array) -> Array:
     if missing.any():
         some[missing] = 0.0
         for lost in np.flatnonzero(missing.all(axis=1)):
-            there = np.flatnonzero(np.isfinite(x[lost]).all(axis=1))
-            some[lost, : len(there[:1])] = x[lost, there[:1]]
-            missing[lost, : len(there[:1])] = False
+            for k in range(0, x.shape[1], CHUNK):
+                there = np.flatnonzero(np.isfinite(x[lost, k : k + CHUNK]).all(axis=1))
+                if len(there):
+                    some[lost, 0], missing[lost, 0] = x[lost, k + there[0]], False
+                    break
     count = some.shape[1] - missing.sum(axis=1)
     return np.asarray(some.sum(axis=1) / np.maximum(count, 1)[:, None])
 

@@ -86,11 +86,11 @@ def marker_weights(radius: ArrayLike, sigma: ArrayLike) -> Array:
     """
     r, s = np.broadcast_arrays(np.asarray(radius, dtype=np.float64), sigma)
     cost = np.where(np.isfinite(r), r * s, np.inf) ** 2
-    least = np.where(np.isfinite(cost) & (cost > 0), cost, np.inf).min(axis=-1, keepdims=True)
+    some = np.isfinite(cost) & (cost > 0)
+    least = np.where(some, cost, np.inf).min(axis=-1, keepdims=True)
     # A marker without noise would get all the weight: it counts like the best of the others.
-    cost = np.where(cost > 0, cost, np.where(np.isfinite(least), least, 1.0))
-    least = np.where(np.isfinite(least), least, cost.min(axis=-1, keepdims=True))
-    return np.asarray(np.where(np.isfinite(cost), least / np.where(cost > 0, cost, 1.0), 0.0))
+    least = np.where(np.isfinite(least), least, 1.0)
+    return np.asarray(np.where(np.isfinite(cost), least / np.where(some, cost, least), 0.0))
 
 
 def radial_noise_matrix(points: ArrayLike, fit: SphereFit) -> Array:
@@ -108,8 +108,9 @@ def radial_noise_matrix(points: ArrayLike, fit: SphereFit) -> Array:
     x = np.asarray(points, dtype=np.float64)
     away = x - fit.centre
     distance = np.linalg.norm(away, axis=-1)
-    error = distance - np.nanmean(distance, axis=-1, keepdims=True)
     seen = np.isfinite(distance) & (distance > 0)
+    total = np.where(seen, distance, 0.0).sum(axis=-1, keepdims=True)
+    error = distance - total / np.maximum(seen.sum(axis=-1, keepdims=True), 1)
     u, square = away[seen] / distance[seen][:, None], error[seen] ** 2
     dimension = x.shape[-1]
     pairs = np.triu_indices(dimension)
@@ -117,7 +118,8 @@ def radial_noise_matrix(points: ArrayLike, fit: SphereFit) -> Array:
     level = square.mean()
     flat = np.where(pairs[0] == pairs[1], 1.0, 0.0)
     gram = products.T @ products
-    ridge = 0.01 * len(u) / dimension**2 * np.eye(len(flat))
+    # An entry off the diagonal stands for two of the matrix: counted so, it turns with the points.
+    ridge = 0.01 * len(u) / dimension**2 * np.diag(2.0 - flat)
     entries = level * flat + np.linalg.solve(
         gram + ridge, products.T @ (square - level * (products @ flat))
     )

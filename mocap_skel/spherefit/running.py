@@ -31,7 +31,7 @@ class RunningFit:
     @property
     def moments(self) -> Moments:
         """(M,): those of all samples so far, for any other estimator."""
-        return central_moments(self.count, self.place, self.sums)
+        return central_moments(self.count, np.nan_to_num(self.place), self.sums)
 
 
 def igdk(samples: Iterable[ArrayLike], sigma: float = 0.0) -> Iterator[RunningFit]:
@@ -60,7 +60,7 @@ def running_centres(points: ArrayLike, sigma: float = 0.0) -> Array:
         sigma: noise standard deviation, metres.
     """
     x = np.asarray(points, dtype=np.float64)
-    x = x.reshape(-1, *x.shape[-2:])
+    x = x[None] if x.ndim == 2 else x
     centres = np.empty(x.shape[1:])
     state: RunningFit | None = None
     for k in range(0, x.shape[1], CHUNK // 8):
