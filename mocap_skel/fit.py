@@ -16,7 +16,7 @@ from mocap_skel.noise import NOISES, clip_noise
 from mocap_skel.pose import Array, Pose, one_marker_pose
 from mocap_skel.shape import Shape, find_shape, median
 from mocap_skel.skeleton import Segment, Skeleton
-from mocap_skel.spherefit import METHODS, DegenerateSphereError
+from mocap_skel.spherefit import METHODS, NOISELESS, DegenerateSphereError
 from mocap_skel.text import listed
 
 POSES = ("least-squares", "triad")
@@ -158,7 +158,9 @@ def check_method(method: str, noise: str, sigma: object) -> None:
     if noise not in NOISES:
         raise ValueError(f"noise must be one of {NOISES}, got {noise!r}")
     if noise != "rigid" and sigma is not None:
-        raise ValueError(f"the noise is given, so it is not to be estimated as {noise!r}")
+        raise ValueError(f"noise {noise!r} is estimated, and sigma gives it: leave one of them out")
+    if method in NOISELESS and sigma is not None:
+        raise ValueError(f"{method} takes no noise: leave sigma out")
     if method not in SHAPED and (noise != "rigid" or isinstance(sigma, np.ndarray | tuple)):
         raise ValueError(f"{method} takes no noise matrix and no noise of each marker")
 

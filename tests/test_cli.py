@@ -381,10 +381,15 @@ def test_the_choices_of_the_options_are_those_of_the_library():
     from mocap_skel.cli.fit import FORMATS, command
     from mocap_skel.export import WRITERS
     from mocap_skel.fit import POSES
+    from mocap_skel.joint import BEST
+    from mocap_skel.noise import NOISES
+    from mocap_skel.spherefit import METHODS
 
-    (pose,) = (option for option in command.params if option.name == "pose")
+    choices = {o.name: tuple(getattr(o.type, "choices", ())) for o in command.params}
     assert tuple(WRITERS) == FORMATS
-    assert tuple(pose.type.choices) == POSES
+    assert choices["pose"] == POSES
+    assert choices["method"] == (BEST, *METHODS)
+    assert choices["noise"] == NOISES
 
 
 def test_every_command_is_in_the_readme_and_has_help(tmp_path):

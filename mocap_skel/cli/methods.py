@@ -14,9 +14,7 @@ from mocap_skel.cli import options, say
 @click.option(
     "--trials", type=click.IntRange(2), default=100, show_default=True, help="For the accuracy."
 )
-@click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is drawn."
-)
+@options.seed
 @options.as_json
 def command(trials: int, seed: int, as_json: bool) -> int:
     """Compare the sphere fits: the thesis's Table 4, with figures measured now, in some seconds.
@@ -52,7 +50,7 @@ def command(trials: int, seed: int, as_json: bool) -> int:
         ]
         for row in rows
     ]
-    say(table(head, cells, frozenset({0, 6 + 1, 6 + 2})))
+    say(table(head, cells, frozenset({0, len(head) - 2, len(head) - 1})))
     say(
         f"\nseed {seed}, {trials} trials of 1000 points; time: {table4.POINTS:,} points, GDKE = 1; "
         "σ/r ...: error by the Cramér-Rao bound; digits: relative error of an exact sphere of "

@@ -42,6 +42,9 @@ def in_parallel(
         try:
             yield from pool.map(function, tasks)
         except BaseException:
+            # The pool would wait for what its workers have begun.
+            for worker in multiprocessing.active_children():
+                worker.terminate()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
 
