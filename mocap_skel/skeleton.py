@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -99,6 +99,15 @@ def read_skeleton(source: str | Path) -> Skeleton:
     except tomllib.TOMLDecodeError as error:
         raise SkeletonError(_toml_problem(path, text, str(error))) from error
     return _build(data, Places(path, text))
+
+
+def shipped_with_root(seen: Collection[str]) -> list[str]:
+    """Names of the shipped figures that start at one of these segments and have the most of them."""
+    figures = [read_skeleton(path) for path in sorted(SHIPPED.glob("*.toml"))]
+    counts = {
+        f.name: sum(s.name in seen for s in f.segments) for f in figures if f.root.name in seen
+    }
+    return [name for name, count in counts.items() if count == max(counts.values())]
 
 
 def _toml_problem(path: Path, text: str, problem: str) -> str:
