@@ -38,7 +38,7 @@ _HAND: dict[str, _Bone] = {
     **_finger("Little", (-0.031, 0.0, -0.070), (0.038, 0.022, 0.017)),
 }
 
-# A dog of 30 kg, as tall at the withers as long from there to the hips; the bones are round figures.
+# A dog of about 30 kg; the bones are round figures.
 _QUADRUPED: dict[str, _Bone] = {
     "Trunk": ((0.060, 0.0, 0.050), None),
     "Neck": ((0.420, 0.0, 0.080), None),
