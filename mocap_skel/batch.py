@@ -10,12 +10,14 @@ import numpy as np
 
 from mocap_skel.association import Assignment, Association, associate
 from mocap_skel.clip import Clip
-from mocap_skel.errors import CallError, FitError
+from mocap_skel.errors import CallError, FitError, RootError
 from mocap_skel.export import WRITERS, Options
 from mocap_skel.export.files import safe_name, write_all
 from mocap_skel.fit import SkeletonFit, fit_skeleton
 from mocap_skel.joint import BEST
 from mocap_skel.readers import read_clip
+from mocap_skel.skeleton import shipped_with_root
+from mocap_skel.text import listed
 
 
 @dataclass(frozen=True)
@@ -118,14 +120,27 @@ def _fits(clip: Clip, job: Job, notes: list[str]) -> tuple[list[SkeletonFit], li
             fit = job.fit(clip, assignment)
         except FitError as error:
             message = _named(assignment.subject, error.message)
-            hint = "; ".join([*([error.hint] if error.hint else []), *mismatches])
-            failed.append(FitError(message, hint or None))
+            hints = [_other_root(error)] if isinstance(error, RootError) else [error.hint]
+            failed.append(FitError(message, "; ".join(filter(None, [*hints, *mismatches])) or None))
             continue
         fits.append(fit)
         notes += [_named(fit.subject, note) for note in (*mismatches, *fit.notes)]
     if not fits:
         raise failed[0]
     return fits, failed
+
+
+def _other_root(error: RootError) -> str | None:
+    """What to do where the root is not in the clip: a figure that starts at what is."""
+    if not error.seen:
+        return error.hint
+    figures = shipped_with_root(error.seen)
+    if figures:
+        return f"the clip shows {listed(error.seen, 5)}: try --skeleton {' or '.join(figures)}"
+    return (
+        f"{error.hint}; three markers are seen on {listed(error.seen)} only: --skeleton with a file of "
+        "your own can start there"
+    )
 
 
 def _named(subject: str, note: str) -> str:
