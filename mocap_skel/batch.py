@@ -31,6 +31,7 @@ class Job:
         sigma: marker noise in metres, or three along the clip's axes; None = estimated.
         pose, method, noise: as `fit_skeleton` takes them.
         unit, rate: in place of what the clip says.
+        salvage: read what there is of a clip whose file is cut off.
         options: what the writers are told.
     """
 
@@ -45,6 +46,7 @@ class Job:
     noise: str = "rigid"
     unit: str | None = None
     rate: float | None = None
+    salvage: bool = False
     options: Options = field(default_factory=Options)
 
     def fit(self, clip: Clip, assignment: Assignment) -> SkeletonFit:
@@ -85,7 +87,7 @@ def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
         MocapSkelError: the clip cannot be read, fitted, or written.
     """
     folder = job.folder or Path()
-    clip = read_clip(path, unit=job.unit, rate=job.rate)
+    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
     notes = list(clip.notes)
     fits, failed = _fits(clip, job, notes)
     files: dict[Path, str] = {}

@@ -44,6 +44,7 @@ FORMATS = ("csv", "bvh")
 @click.option("--trim", is_flag=True, help="bvh: leave out incomplete frames at both ends.")
 @options.unit
 @options.rate
+@options.salvage
 @options.as_json
 @options.quiet
 def command(
@@ -62,6 +63,7 @@ def command(
     trim: bool,
     unit: str | None,
     rate: float | None,
+    salvage: bool,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -99,6 +101,7 @@ def command(
         noise=noise,
         unit=unit,
         rate=rate,
+        salvage=salvage,
         options=Options(up, trim),
     )
     debug = bool(click.get_current_context().find_root().obj)

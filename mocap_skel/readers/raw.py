@@ -21,6 +21,7 @@ class RawClip:
         first_frame: the file's own number of the first frame.
         length: frames that the file holds; more than there are in `points` if the library came back short.
         parameters: the POINT and TRIAL groups: NAME → value (numpy array, or list of text).
+        reader: what read it.
         notes: what was decided while reading, one sentence each.
     """
 
@@ -31,6 +32,7 @@ class RawClip:
     first_frame: int
     length: int
     parameters: dict[str, dict[str, Any]]
+    reader: str = "ezc3d"
     notes: tuple[str, ...] = ()
 
 
