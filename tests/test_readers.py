@@ -620,14 +620,14 @@ def test_a_file_that_is_cut_off_is_named_and_salvaged_on_demand(path):
     whole = path.read_bytes()
     # 48 bytes a frame; the last block holds 448 bytes of it.
     start = len(whole) - BLOCK * 47
-    for frames, rest in ((290, 0), (290, 47), (499, 32), (1, 3)):
-        path.write_bytes(whole[: start + 48 * frames + rest])
-        says = f"cut off: it says 500 frames and ends after {frames} whole ones"
+    for left, rest in ((290, 0), (290, 47), (499, 32), (1, 3)):
+        path.write_bytes(whole[: start + 48 * left + rest])
+        says = f"cut off: it says 500 frames and ends after {left} whole ones"
         with pytest.raises(ClipError, match=rf"clip\.c3d: {says}") as error:
             read_clip(path)
         assert error.value.hint == "--salvage reads those"
         clip = read_clip(path, salvage=True)
-        np.testing.assert_allclose(clip.points, cloud(count=500)[:frames] / 1000, rtol=1e-6)
+        np.testing.assert_allclose(clip.points, cloud(count=500)[:left] / 1000, rtol=1e-6)
         assert clip.notes == (f"{says}, which are read; read with py-c3d",)
     path.write_bytes(whole[: start + 20])
     with pytest.raises(ClipError, match="ends after 0 whole ones") as error:

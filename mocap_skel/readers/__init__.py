@@ -47,10 +47,7 @@ def _read_raw(path: Path, salvage: bool) -> RawClip:
     if not found.layout.points:
         raise ClipError(f"{path}: no points in it (points: 0, frames: {found.layout.declared})")
     reasons = (*_cut_off(path, found, salvage), *found.doubts, *found.contradictions)
-    if reasons:
-        raw = _without_ezc3d(path, "; ".join(reasons))
-    else:
-        raw = _with_ezc3d(path, found)
+    raw = _without_ezc3d(path, "; ".join(reasons)) if reasons else _with_ezc3d(path, found)
     if found.layout.tail < found.layout.stride + BLOCK:
         return raw
     note = f"the file goes on after the {found.layout.declared} frames that it says it has"

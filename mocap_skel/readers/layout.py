@@ -13,15 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.readers.frames import Groups, frame_count
-from mocap_skel.readers.raw import number
+from mocap_skel.readers.raw import FARTHEST, number
 from mocap_skel.readers.section import BLOCK, Header, Section
 
 _WORD = 0xFFFF
 _PLACES = 48
 # Steps that can be those of tracks, as `relative_step` counts.
 _SMOOTH = 0.4
-# The farthest a coordinate can be, in any unit: 10 km in mm.
-_FARTHEST = 1e7
 
 Read = Callable[["Layout", int, int], NDArray[np.float32]]
 """Values of frames, (frames, points, 4): a layout, the first frame from 0, how many."""
@@ -209,7 +207,7 @@ def relative_step(before: NDArray[np.float64], after: NDArray[np.float64]) -> fl
         good = _sound(before) & _sound(after)
     if good.sum() * 5 < good.size and good.size:
         # Coordinates of nobody: most values are far off, or no numbers.
-        absurd = ~(np.abs(before[..., :3]) < _FARTHEST).all(axis=-1)
+        absurd = ~(np.abs(before[..., :3]) < FARTHEST).all(axis=-1)
         if 2 * absurd.sum() > absurd.size:
             return math.inf
     if not good.any():
@@ -224,7 +222,7 @@ def relative_step(before: NDArray[np.float64], after: NDArray[np.float64]) -> fl
 def _sound(frames: NDArray[np.float64]) -> NDArray[np.bool_]:
     """(n, points): where there may be a point."""
     points = frames[..., :3]
-    sound = (np.abs(points) < _FARTHEST).all(axis=-1) & (points != 0).any(axis=-1)
+    sound = (np.abs(points) < FARTHEST).all(axis=-1) & (points != 0).any(axis=-1)
     return np.asarray(sound & (frames[..., 3] >= 0) if frames.shape[-1] > 3 else sound)
 
 

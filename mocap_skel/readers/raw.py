@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+FARTHEST = 1e7
+"""Coordinates beyond it are none in any unit: 10 km in mm."""
+
 
 @dataclass(frozen=True, eq=False)
 class RawClip:
