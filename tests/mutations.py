@@ -13,7 +13,7 @@ BLOCK = 512
 SAMPLES = Path(__file__).parent.parent / "sample_data"
 NAMES = ("nearly_still", "range_of_motion", "gaps", "two_dancers")
 # A copy is cut down to so many frames: hundreds of them have to be read in seconds.
-FRAMES = 120
+FRAMES = 60
 
 
 @dataclass(frozen=True)
@@ -32,12 +32,14 @@ class Mutation:
 
     Attributes:
         seed: makes it again.
+        clip: which bundled one it was.
         kind: what was done to it.
         data: its bytes.
         cut: whether points are lost that the file still says it has, so that no result may come of it.
     """
 
     seed: int
+    clip: str
     kind: str
     data: bytes
     cut: bool
@@ -66,14 +68,15 @@ def whole(name: str) -> Whole:
 def mutation(seed: int) -> Mutation:
     """One damaged clip."""
     rng = np.random.default_rng(seed)
-    base = whole(NAMES[rng.integers(len(NAMES))])
+    clip = NAMES[rng.integers(len(NAMES))]
+    base = whole(clip)
     kinds = list(KINDS)
     kind = kinds[rng.integers(len(kinds))]
     data = KINDS[kind](bytearray(base.data), base, rng)
     # Damage of the header or the parameters may hide how much there ought to be; the rest cannot.
     told = data[: base.start] == base.data[: base.start]
     cut = told and len(data) < base.start + base.frames * base.stride
-    return Mutation(seed, kind, bytes(data), cut)
+    return Mutation(seed, clip, kind, bytes(data), cut)
 
 
 def _header(data, base, rng):

@@ -116,7 +116,8 @@ def _agrees(raw: RawClip, found: Survey) -> bool:
     if points != found.layout.points:
         return False
     for at in {0, count // 2, count - 1} if count else ():
-        there = found.read(at, 1)[0, :, :3].astype(np.float64)
+        with np.errstate(invalid="ignore"):
+            there = found.read(at, 1)[0, :, :3].astype(np.float64)
         if found.layout.width == 2:
             there = there * abs(found.header.scale)
         seen = ~raw.invalid[at] & np.isfinite(there).all(axis=1)

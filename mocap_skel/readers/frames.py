@@ -59,7 +59,7 @@ def frame_count(
         return max(cut)
     exact = [n for n in claims if fills(n)]
     if exact:
-        return exact[0]
+        return max(exact)
     # ezc3d writes a longer clip with -1 for its length and nothing beside it.
     if counted == _WORD and (room >= _WORD or len(claims) < 2):
         return max(room, _WORD)
@@ -68,11 +68,11 @@ def frame_count(
 
 
 def without_padding(data: NDArray[Any], said: int) -> int:
-    """How many frames there are without the blank ones at the end, past what the header says.
+    """How many frames there are without the blank ones at the end, past those that are sure.
 
     Args:
         data: (frames, …), what is in each frame; nothing but zeros is blank, NaN is not.
-        said: frames by the header.
+        said: frames by the smallest counter that the file has.
     """
     past = data[said:]
     used = np.flatnonzero(past.any(axis=tuple(range(1, past.ndim))))

@@ -18,6 +18,7 @@ from mocap_skel.readers.section import BLOCK, Header, Section
 
 _WORD = 0xFFFF
 _PLACES = 48
+_GUESSES = 8
 # Steps that can be those of tracks, as `relative_step` counts.
 _SMOOTH = 0.4
 
@@ -35,6 +36,7 @@ class Layout:
         points, analogs: values of a frame: four for each point, then the analog ones.
         width: bytes of a value: 4 floats, 2 integers.
         declared: frames that the file says it has.
+        sure: frames that every counter of the file has; blank ones after them are padding.
         room: frames whose points the file has the bytes for.
         tail: bytes of the file after the declared frames.
     """
@@ -45,6 +47,7 @@ class Layout:
     analogs: int
     width: int
     declared: int = 0
+    sure: int = 0
     room: int = 0
     tail: int = 0
 
@@ -99,7 +102,12 @@ def find(
             if smooth < min(_SMOOTH, step / 3):
                 best = other
     declared = frame_count(claims, first, section.groups, best.room, lambda n: best.fills(size, n))
-    best = replace(best, declared=declared, tail=max(0, size - best.start - declared * best.stride))
+    best = replace(
+        best,
+        declared=declared,
+        sure=min(claims, default=declared),
+        tail=max(0, size - best.start - declared * best.stride),
+    )
     return best, tuple(_contradictions(best, claims, header, section))
 
 
@@ -155,11 +163,13 @@ def _by_size(size: int, said: list[Layout], claims: list[int]) -> Iterator[Layou
         if other.room:
             yield other
         for n, layout in product(claims, (one, other)):
-            values = (size - layout.start) // (n * layout.width)
-            analogs = values - 4 * layout.points
-            found = replace(layout, analogs=analogs).fitted(size)
-            if analogs >= 0 and found.fills(size, n):
-                yield found
+            most = (size - layout.start) // (n * layout.width) - 4 * layout.points
+            # The last block's padding leaves some numbers to choose from where frames are few.
+            fewest = max(0, most - BLOCK // (n * layout.width), most - _GUESSES)
+            for analogs in range(most, fewest - 1, -1):
+                found = replace(layout, analogs=analogs).fitted(size)
+                if found.fills(size, n):
+                    yield found
 
 
 def _smoothest(
@@ -191,7 +201,8 @@ def relative_steps(read: Read, layout: Layout) -> float:
     if layout.room < 2 or not layout.points:
         return math.inf
     at = np.unique(np.linspace(0, layout.room - 2, _PLACES).astype(int))
-    pairs = np.stack([read(layout, place, 2) for place in at]).astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        pairs = np.stack([read(layout, place, 2) for place in at]).astype(np.float64)
     return relative_step(pairs[:, 0], pairs[:, 1])
 
 
@@ -251,4 +262,4 @@ def _contradictions(
             yield f"{where} says that the points are {kinds[6 - layout.width]}, which they are not"
     for count in claims:
         if layout.declared <= layout.room < count != _WORD:
-            yield f"the file says {count} frames, and {layout.declared}, for which it has the bytes"
+            yield f"the file says {count} frames and has {layout.declared}"

@@ -206,6 +206,8 @@ class _Walk:
             return said
         self._faults.append(f"parameter {name} is not as long as it says")
         places = [at for at in (said, end) if at is not None and _is_entry(self._data, at)]
+        if end in places and (said < end or self._data[said : said + 1] in (b"", b"\0")):
+            return end
         return places[0] if places else None
 
     def _entry(self, group: int, name: str, at: int) -> int | None:

@@ -49,8 +49,9 @@ def read(path: Path) -> RawClip:
     layout, point = found.layout, groups.get("POINT", {})
     scale = abs(number(point.get("SCALE")) or found.header.scale) or 1.0
     data = found.read(0, layout.frames)
-    data = data[: without_padding(data, found.header.frames or len(data))]
-    points = data[..., :3].astype(np.float64)
+    data = data[: without_padding(data, layout.sure)]
+    with np.errstate(invalid="ignore"):
+        points = data[..., :3].astype(np.float64)
     # The fourth value holds a residual and a set of cameras; only its sign means the same to all.
     invalid = np.signbit(data[..., 3]) if layout.width == 4 else data[..., 3] < 0
     if layout.width == 2:

@@ -37,7 +37,7 @@ def read(path: Path, found: Survey | None = None) -> RawClip:
     groups = {name: _group(content["parameters"].get(name, {})) for name in ("POINT", "TRIAL")}
     points = content["data"]["points"][:3].transpose(2, 1, 0)
     # It may take the padding of the last block for frames, and leave out frames of missing points.
-    there = without_padding(points, found.header.frames)
+    there = without_padding(points, found.layout.sure)
     return RawClip(
         path=str(path),
         points=np.ascontiguousarray(points[:there]),
@@ -56,7 +56,7 @@ def _length(found: Survey, there: int) -> int:
     if layout.frames <= there:
         return there
     rest = found.read(there, layout.frames - there)
-    return there + without_padding(rest, max(0, found.header.frames - there))
+    return there + without_padding(rest, max(0, layout.sure - there))
 
 
 def _group(entries: dict[str, Any]) -> dict[str, Any]:
