@@ -154,6 +154,16 @@ def test_a_clip_in_a_child_gives_what_it_gives_by_itself(tmp_path):
                 assert one.read_text() == (tmp_path / "alone" / one.name).read_text()
 
 
+def ended(group):
+    for _ in range(200):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
 def test_ctrl_c_is_130_and_leaves_no_child(tmp_path, samples):
     for i in range(40):
         shutil.copy(samples / "range_of_motion.c3d", tmp_path / f"c{i}.c3d")
@@ -167,7 +177,7 @@ def test_ctrl_c_is_130_and_leaves_no_child(tmp_path, samples):
     os.killpg(running.pid, signal.SIGINT)
     _, told = running.communicate(timeout=30)
     assert (running.returncode, told.strip()) == (130, "mocap-skel: interrupted")
-    with pytest.raises(ProcessLookupError):
-        os.killpg(running.pid, 0)
+    # multiprocessing's own tracker ends a moment after its parent; a child that is left would not.
+    assert ended(running.pid)
     written = list((tmp_path / "out").iterdir())
     assert written and not [path for path in written if path.suffix == ".part"]

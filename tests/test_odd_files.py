@@ -148,6 +148,30 @@ def test_a_machine_that_is_not_named(path, machine, number):
     assert f"taken for {machine}" in notes(clip)
 
 
+@pytest.mark.parametrize(("machine", "number"), [("INTEL", 85), ("DEC", 84)])
+def test_a_machine_that_it_is_not(path, machine, number):
+    c3d_file(path, tracks(), machine=machine)
+    change(path, BLOCK + 3, "B", number)
+    assert f"taken for {machine}" in notes(is_right(path))
+    # Without a rate nothing tells, and what it says is believed.
+    c3d_file(path, tracks(), machine=machine, rate=0.0, RATE=100.0)
+    assert is_right(path).notes == ()
+
+
+@pytest.mark.parametrize("name", [b"\0\1\2\3", b"NAM\n", b"\xffAM\xc3"])
+def test_a_name_that_cannot_be_printed(path, name):
+    data = c3d_file(path, tracks(), TRIAL__NAME="walk").read_bytes()
+    path.write_bytes(data.replace(b"NAME", name))
+    assert is_right(path).labels == ("M1", "M2", "M3", "M4")
+
+
+@pytest.mark.parametrize("scale", [0.05, -0.05])
+def test_a_scale_that_the_header_has_otherwise(path, scale):
+    """Where the two differ POINT:SCALE holds, as it holds for most programs."""
+    change(c3d_file(path, tracks(), scale=2 * scale), 12, "<f", scale)
+    assert is_right(path, tolerance=0.06).notes == ()
+
+
 def test_a_group_without_a_record(path):
     data = c3d_file(path, tracks()).read_bytes()
     record = b"\5\xffPOINT\3\0\0"

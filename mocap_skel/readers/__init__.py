@@ -119,7 +119,7 @@ def _agrees(raw: RawClip, found: Survey) -> bool:
         with np.errstate(invalid="ignore"):
             there = found.read(at, 1)[0, :, :3].astype(np.float64)
         if found.layout.width == 2:
-            there = there * abs(found.header.scale)
+            there = there * found.scale
         seen = ~raw.invalid[at] & np.isfinite(there).all(axis=1)
         # ezc3d calculates with 32 bits.
         if not np.allclose(raw.points[at][seen], there[seen], rtol=1e-5, atol=0):

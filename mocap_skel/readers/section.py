@@ -130,6 +130,12 @@ def _section(head: bytes, start: int) -> Section | None:
         faults.append(f"no machine has the number {head[start + 3]}: taken for {machine}")
     elif head[start + 3] not in MACHINES:
         faults.append(f"the machine has the number {head[start + 3]}: taken for {machine}")
+    elif MACHINES[head[start + 3]] != "MIPS" and not _plausible(head, machine):
+        # Intel and DEC differ in their floats only.
+        other = "DEC" if machine == "INTEL" else "INTEL"
+        if _plausible(head, other):
+            faults.append(f"its numbers are not those of {machine}: taken for {other}")
+            machine = other
     data = (_header(head, machine).data_block - 1) * BLOCK
     bound = min(len(head), max(start + head[start + 2] * BLOCK, data))
     if bound < start + BLOCK:
@@ -145,11 +151,13 @@ def _section(head: bytes, start: int) -> Section | None:
 
 
 def _guessed(head: bytes) -> str:
-    """The machine by the header's frame rate, which is a small number on one machine only."""
-    for machine in MACHINES.values():
-        if 0.1 <= _header(head, machine).rate <= 1e5:
-            return machine
-    return "INTEL"
+    """The machine that makes sense of the header's frame rate."""
+    return next((name for name in MACHINES.values() if _plausible(head, name)), "INTEL")
+
+
+def _plausible(head: bytes, machine: str) -> bool:
+    """Whether the header's frame rate is one: a number of everyday size on one machine only."""
+    return 0.1 <= _header(head, machine).rate <= 1e5
 
 
 def _is_entry(head: bytes, at: int) -> bool:
@@ -187,14 +195,17 @@ class _Walk:
             length = _signed(data[at])
             if length == 0:
                 return at
-            if not _is_entry(data, at):
-                self._faults.append("some of its parameters cannot be read")
-                return at
+            odd = not _is_entry(data, at)
             group = _signed(data[at + 1])
             name = decoded(data[at + 2 : at + 2 + abs(length)]).upper()
             here = at + 2 + abs(length)
             end = self._entry(group, name, here)
             step = int(number(numbers(data[here : here + 2], "u2", self._machine)))
+            if odd:
+                self._faults.append("some of its parameters cannot be read")
+                # Bytes that are no entry hardly ever say where they end.
+                if here + step != end:
+                    return at
             following = self._next(name, here + step if step else None, end)
             if following is None:
                 return end or here

@@ -43,6 +43,12 @@ class Survey:
     doubts: tuple[str, ...]
     base: int = 0
 
+    @property
+    def scale(self) -> float:
+        """What integers are to be multiplied with."""
+        said = number(self.section.groups.get("POINT", {}).get("SCALE"))
+        return abs(said or self.header.scale) or 1.0
+
     def read(self, first: int, count: int) -> NDArray[np.float32]:
         """Values of frames, (frames, points, 4): as `read_frames`."""
         return read_frames(self.path, self.base, self.layout, first, count)

@@ -47,7 +47,6 @@ def read(path: Path) -> RawClip:
             reason = " ".join(str(error).split()) or type(error).__name__
             notes = (f"py-c3d cannot read its parameters either: {reason}",)
     layout, point = found.layout, groups.get("POINT", {})
-    scale = abs(number(point.get("SCALE")) or found.header.scale) or 1.0
     data = found.read(0, layout.frames)
     data = data[: without_padding(data, layout.sure)]
     with np.errstate(invalid="ignore"):
@@ -55,7 +54,7 @@ def read(path: Path) -> RawClip:
     # The fourth value holds a residual and a set of cameras; only its sign means the same to all.
     invalid = np.signbit(data[..., 3]) if layout.width == 4 else data[..., 3] < 0
     if layout.width == 2:
-        points *= scale
+        points *= found.scale
     points[invalid] = np.nan
     return RawClip(
         path=str(path),
