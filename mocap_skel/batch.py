@@ -1,8 +1,9 @@
-"""From a clip's file to its result files: the whole way for one clip, as every command goes it."""
+"""From a clip's file to its result files: the whole way, for one clip or in a child for each of many."""
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections import deque
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,14 +11,19 @@ import numpy as np
 
 from mocap_skel.association import Assignment, Association, associate
 from mocap_skel.clip import Clip
-from mocap_skel.errors import CallError, FitError, RootError
+from mocap_skel.errors import CallError, ClipError, FitError, RootError
 from mocap_skel.export import WRITERS, Options
 from mocap_skel.export.files import safe_name, write_all
 from mocap_skel.fit import SkeletonFit, fit_skeleton
+from mocap_skel.isolation import GIGABYTE, TaskError, Worker
 from mocap_skel.joint import BEST
 from mocap_skel.readers import read_clip
 from mocap_skel.skeleton import shipped_with_root
 from mocap_skel.text import listed
+
+# What one clip in a child may take; a long clip honestly needs more of both than a short one.
+SECONDS, SECONDS_PER_BYTE = 120.0, 2e-6
+MEMORY, MEMORY_PER_BYTE = 2 * GIGABYTE, 20.0
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,7 @@ class Job:
         sigma: marker noise in metres, or three along the clip's axes; None = estimated.
         pose, method, noise: as `fit_skeleton` takes them.
         unit, rate: in place of what the clip says.
+        salvage: read what there is of a clip whose file is cut off.
         options: what the writers are told.
     """
 
@@ -47,6 +54,7 @@ class Job:
     noise: str = "rigid"
     unit: str | None = None
     rate: float | None = None
+    salvage: bool = False
     options: Options = field(default_factory=Options)
 
     def fit(self, clip: Clip, assignment: Assignment) -> SkeletonFit:
@@ -86,8 +94,63 @@ def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
     Raises:
         MocapSkelError: the clip cannot be read, fitted, or written.
     """
+    return _stored(path, job, render(path, job), taken)
+
+
+class Isolated:
+    """`process` for several clips, each read and fitted in a child that may die instead of us.
+
+    The child fits the next clip while this process writes and shows the last one.
+    """
+
+    def __init__(self, paths: Sequence[Path], job: Job) -> None:
+        self._waiting = deque(paths)
+        self._job = job
+        self._worker = Worker()
+        self._next()
+
+    def __enter__(self) -> Isolated:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._worker.stop()
+
+    def process(self, path: Path, taken: Container[Path] = ()) -> Done:
+        """As `process`, for the clips in the order of `paths`.
+
+        Raises:
+            MocapSkelError: as there; or the child died, took too long, or too much memory.
+        """
+        try:
+            done = self._worker.result(SECONDS + SECONDS_PER_BYTE * _size(path))
+        except TaskError as error:
+            raise ClipError(f"{path}: {error}") from error
+        finally:
+            self._next()
+        return _stored(path, self._job, done, taken)
+
+    def _next(self) -> None:
+        if self._waiting:
+            path = self._waiting.popleft()
+            memory = max(MEMORY, int(MEMORY_PER_BYTE * _size(path)))
+            self._worker.start(render, path, self._job, memory=memory)
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+def render(path: Path, job: Job) -> Done:
+    """All of `process` but writing.
+
+    Raises:
+        MocapSkelError: the clip cannot be read or fitted, or a format cannot hold it.
+    """
     folder = job.folder or Path()
-    clip = read_clip(path, unit=job.unit, rate=job.rate)
+    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
     notes = list(clip.notes)
     fits, failed = _fits(clip, job, notes)
     files: dict[Path, str] = {}
@@ -99,15 +162,25 @@ def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
             notes += [_named(fit.subject, note) for note in rendered.notes]
             for suffix, text in rendered.files.items():
                 target = folder / f"{stem}{suffix}"
-                if target in files or target in taken:
-                    raise CallError(
-                        f"{path}: {target} is the result of another clip or subject of this call",
-                        "choose with --subject, or use another -o",
-                    )
+                _check_free(path, target, files)
                 files[target] = text
-    if job.folder is not None:
-        write_all(files, job.overwrite)
     return Done(tuple(fits), files, tuple(dict.fromkeys(notes)), tuple(failed))
+
+
+def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:
+    for target in done.files:
+        _check_free(path, target, taken)
+    if job.folder is not None:
+        write_all(done.files, job.overwrite)
+    return done
+
+
+def _check_free(path: Path, target: Path, taken: Container[Path]) -> None:
+    if target in taken:
+        raise CallError(
+            f"{path}: {target} is the result of another clip or subject of this call",
+            "choose with --subject, or use another -o",
+        )
 
 
 def _fits(clip: Clip, job: Job, notes: list[str]) -> tuple[list[SkeletonFit], list[FitError]]:

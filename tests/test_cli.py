@@ -137,6 +137,9 @@ def test_nothing_fitted_is_3_and_leaves_nothing_behind(tmp_path):
         (["fit", ROM, "--assoc", "cmu", "--format", "fbx"], "'fbx' is not one of"),
         (["fit", ROM, ROM, "--assoc", "cmu"], "would write the same files"),
         (["fti"], "No such command"),
+        (["study", "sped"], "No such command"),
+        (["study", "speed", "-o", "-"], "give a folder"),
+        (["methods", "--seed", "-1"], "is not in the range"),
         (["inspect", ROM, "--assoc", "cmu", "--rate", "0"], "a frame rate is a number from 0.01"),
     ],
 )
@@ -326,7 +329,13 @@ def test_inspect_refuses_an_unknown_subject(tmp_path):
     assert "did you mean Ben?" in done.stderr
 
 
-@pytest.mark.parametrize("command", [[], ["fit"], ["inspect"]])
+@pytest.mark.parametrize(
+    "command",
+    [
+        [], ["fit"], ["inspect"], ["methods"], ["study"], ["study", "resample"], ["study", "speed"],
+        ["study", "accuracy"],
+    ],
+)  # fmt: skip
 def test_help_has_an_example_and_loads_no_numpy(tmp_path, command):
     done = run(*command, "--help", cwd=tmp_path)
     assert done.returncode == 0

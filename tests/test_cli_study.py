@@ -316,12 +316,27 @@ def test_without_matplotlib_a_study_goes_on_without_figures(short, tmp_path):
     assert (done.returncode, files(tmp_path)) == (0, TABLES)
 
 
-def test_quiet_says_nothing_but_the_result(tmp_path):
-    """Of a clip that shows no joint, of which there is much to say."""
-    done = resample(STILL, "-q", "--no-figures", cwd=tmp_path, levels=2)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "wrote nearly_still.resample." in done.stdout
-    assert files(tmp_path) == [name.replace("short", "nearly_still") for name in TABLES]
+def test_notes_on_the_clip_go_to_standard_error_and_quiet_silences_them(tmp_path):
+    """Of a clip that shows no joint there is much to say."""
+    loud = resample(STILL, "-o", "a", "--no-figures", cwd=tmp_path, levels=1)
+    assert loud.returncode == 0
+    assert "place holders, no joint centres" in loud.stderr
+    assert all(line.startswith(f"mocap-skel: {STILL}: ") for line in loud.stderr.splitlines())
+    assert re.search(r"^LeftKnee .* no ", loud.stdout, re.M)
+    quiet = resample(STILL, "-q", "-o", "b", "--no-figures", cwd=tmp_path, levels=1)
+    assert (quiet.returncode, quiet.stderr) == (0, "")
+    assert "wrote b/nearly_still.resample." in quiet.stdout
+    assert files(tmp_path / "b") == [name.replace("short", "nearly_still") for name in TABLES]
+
+
+@pytest.mark.parametrize("study", ["speed", "accuracy"])
+def test_a_folder_that_cannot_be_made_is_one_line_before_any_work(tmp_path, study):
+    (tmp_path / "out").write_text("a file")
+    call = ["study", study, "--trials", 1_000_000, "--no-figures", "-o", "out"]
+    done = run(*call, cwd=tmp_path)
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert (done.stdout, files(tmp_path)) == ("", ["out"])
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from conftest import clip_of, constant_error, fit_clip, fit_recording, known
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from test_cli import STILL, files, run
+from test_cli import ROM, STILL, files, run
 from test_cli_study import without
 
 from mocap_skel import associate, read_association, read_clip
@@ -522,6 +522,30 @@ class TestNoise:
         with pytest.raises(ValueError, match=what):
             fit_recording(full_range(), **options)
 
+    @pytest.mark.parametrize(
+        "sigma",
+        [
+            np.array(0.001),
+            np.full(3, 0.001),
+            np.eye(2),
+            -np.eye(3),
+            np.diag([1e-6, 1e-6, -1e-9]),
+            np.full((3, 3), np.nan),
+            [[1e-6, 1e-6, 0], [0, 1e-6, 0], [0, 0, 1e-6]],
+            # The same for cameras of a tenth of a millimetre.
+            [[1e-8, 9e-9, 0], [0, 1e-8, 0], [0, 0, 1e-8]],
+        ],
+    )
+    def test_a_matrix_that_is_no_covariance_is_refused(self, sigma):
+        with pytest.raises(ValueError, match=r"symmetric|covariance"):
+            fit_recording(full_range(), sigma=np.asarray(sigma))
+
+    def test_no_noise_along_one_direction_is_a_covariance(self):
+        """However it lies: rounding may make its zero a negative number."""
+        for seed in range(8):
+            found = clip_noise({}, {}, skewed(seed, (0.001, 0.001, 0.0)), "rigid")
+            assert found.sigma == pytest.approx(0.001 * np.sqrt(2 / 3))
+
     def test_three_lengths_are_a_matrix_too(self):
         with pytest.raises(ValueError, match="igdk takes no noise matrix"):
             check_method("igdk", "rigid", (0.001, 0.001, 0.003))
@@ -729,7 +753,9 @@ class TestCommandLine:
         assert (done.stdout, files(tmp_path)) == ("", [])
 
     def test_an_mle_without_scipy_is_one_line_that_says_what_to_install(self, tmp_path):
-        done = without("scipy", "fit", STILL, "--assoc", "cmu", "--method", "mle", cwd=tmp_path)
+        """However many clips there are."""
+        call = ["fit", STILL, ROM, "--assoc", "cmu", "--method", "mle"]
+        done = without("scipy", *call, cwd=tmp_path)
         assert done.returncode == 2
         assert len(done.stderr.splitlines()) == 1
         assert "pip install 'mocap-skel[mle]'" in done.stderr

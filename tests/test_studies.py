@@ -112,6 +112,17 @@ class TestLaw:
         law = summarise(mirrored([150, 150], lambda n: 0.01)).laws[-1]
         assert np.isnan([law.slope, law.slope_error, law.finite_slope, law.near]).all()
 
+    def test_numbers_that_hardly_differ_are_no_law(self):
+        """0 to 4 % left out: a line through them would foretell anything."""
+        law = summarise(
+            [
+                answer(np.random.default_rng(k).normal(size=3) / 100, 1380 - 14 * (k % 5))
+                for k in range(40)
+            ]
+        ).laws[-1]
+        assert np.isnan([law.slope, law.slope_error, law.at_enough]).all()
+        assert law.near < 1.0
+
     def test_answers_that_agree_to_rounding_have_no_logarithm(self):
         law = summarise([answer((0.1, 0.2, 0.3), n) for n in (100, 300, 900)]).laws[-1]
         assert np.isnan(law.slope) and law.near == 1.0
@@ -512,6 +523,34 @@ class TestResampleStudy:
         study(short, tmp_path, overwrite=True)
         assert len(there(tmp_path)) == 4
 
+    def test_a_folder_that_cannot_be_made_stops_it_before_any_work(
+        self, short, tmp_path, monkeypatch
+    ):
+        (tmp_path / "out").write_text("a file")
+        done = watch_refits(monkeypatch)
+        with pytest.raises(OutputError, match="out"):
+            study(short, tmp_path / "out")
+        assert done == []
+        assert contents(tmp_path) == {"out": b"a file"}
+
+    def test_refits_that_fail_are_told_and_joints_that_are_not_known_as_well(self, tmp_path):
+        """Of 100 frames one is left at 99 %, in which nothing can be fitted; one wrist has no marker."""
+        points = short_clip().points[:100].copy()
+        points[:, short_clip().labels.index("RFIN")] = np.nan
+        path = tmp_path / "few.c3d"
+        write_c3d(replace(short_recording(), points=points), path)
+        found = study(path, tmp_path / "out", Resampling(1, 100, 0))
+        assert "100 refits" in found.words[0] and "1 pass," in found.words[0]
+        assert any(word.startswith("1 of them could not be fitted") for word in found.words)
+        known_as = {row["joint"]: row["known"] for row in found.tables["means"]}
+        assert "RightWrist" not in known_as and known_as["LeftWrist"] == "yes"
+        rows = [row for row in found.tables["answers"] if row["joint"] == "RightWrist"]
+        assert len(rows) == 99
+        assert {(row["samples"], row["cluster"], row["deviation"]) for row in rows} == {
+            (0, None, None)
+        }
+        assert any("RightWrist" in note for note in found.notes)
+
     def test_a_clip_of_two_takes_a_subject_and_its_name(self, samples, tmp_path):
         clip = samples / "two_dancers.c3d"
         with pytest.raises(CallError, match="one subject") as error:
@@ -682,6 +721,8 @@ class TestAccuracy:
             (a_score("gdke", 1.51), True),
             (a_score("gdke", 1.0, failed=0.02), True),
             (a_score("gdke", float("nan"), failed=1.0), True),
+            # Half a radius off is no answer, whatever the bound is.
+            (replace(a_score("gdke", 1.0), rmse=0.51), True),
         ],
     )
     def test_an_estimator_breaks_by_its_error_or_without_an_answer(self, found, breaks):
@@ -847,6 +888,14 @@ class TestSpeed:
         assert found["lls"] == pytest.approx(5)
         found = {ratio.method: ratio.median for ratio in speed.ratios(few)}
         assert found["lls"] == pytest.approx(100)
+
+    def test_what_many_is_depends_on_what_there_is(self):
+        few, many = [a_trial(100), a_trial(300)], [a_trial(200_000)]
+        assert speed.threshold(few + many) == speed.MANY == 200_000
+        assert speed.threshold(few) == 100
+
+    def test_a_sample_at_a_time_has_a_time(self):
+        assert 0 < speed.time_of_a_sample(200) < 0.1
 
     def test_small_noise_is_below_one(self):
         done = [a_trial(20_000, 0.99, mle=0.07), a_trial(30_000, 1.0, mle=0.5)]

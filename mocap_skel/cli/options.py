@@ -138,4 +138,7 @@ unit = click.option(
 rate = click.option(
     "--rate", type=float, metavar="HZ", help="Frames a second, whatever the file says."
 )
+salvage = click.option(
+    "--salvage", is_flag=True, help="Read the whole frames of a clip whose file is cut off."
+)
 quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")
