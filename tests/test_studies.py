@@ -533,22 +533,23 @@ class TestResampleStudy:
         assert done == []
         assert contents(tmp_path) == {"out": b"a file"}
 
-    def test_refits_that_fail_are_told_and_joints_that_are_not_known_as_well(self, tmp_path):
-        """Of 100 frames one is left at 99 %, in which nothing can be fitted; one wrist has no marker."""
-        points = short_clip().points[:100].copy()
+    def test_refits_that_fail_and_joints_without_a_marker_are_told(self, tmp_path, monkeypatch):
+        def lossy(*call):
+            return [a for a in refits(*call) if a.level != 1]
+
+        monkeypatch.setattr(run, "refits", lossy)
+        points = short_clip().points.copy()
         points[:, short_clip().labels.index("RFIN")] = np.nan
         path = tmp_path / "few.c3d"
         write_c3d(replace(short_recording(), points=points), path)
-        found = study(path, tmp_path / "out", Resampling(1, 100, 0))
-        assert "100 refits" in found.words[0] and "1 pass," in found.words[0]
-        assert any(word.startswith("1 of them could not be fitted") for word in found.words)
+        found = study(path, tmp_path / "out", Resampling(1, 3))
+        assert "3 refits" in found.words[0] and "1 pass," in found.words[0]
+        assert found.words[1] == "1 of them could not be fitted"
         known_as = {row["joint"]: row["known"] for row in found.tables["means"]}
         assert "RightWrist" not in known_as and known_as["LeftWrist"] == "yes"
         rows = [row for row in found.tables["answers"] if row["joint"] == "RightWrist"]
-        assert len(rows) == 99
-        assert {(row["samples"], row["cluster"], row["deviation"]) for row in rows} == {
-            (0, None, None)
-        }
+        empty = [(row["samples"], row["cluster"], row["deviation"]) for row in rows]
+        assert empty == [(0, None, None)] * 2
         assert any("RightWrist" in note for note in found.notes)
 
     def test_a_clip_of_two_takes_a_subject_and_its_name(self, samples, tmp_path):

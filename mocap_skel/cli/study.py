@@ -142,8 +142,11 @@ def speed(
     """Time every estimator on point sets from the thesis's ranges (6.4).
 
     Writes speed.trials.csv, speed.ratios.csv (beside the thesis's ratios), speed.figure26.png and
-    speed.figure27.png.
+    speed.figure27.png. On one core.
     """
+    from mocap_skel.studies.parallel import use_one_core
+
+    use_one_core()
     from mocap_skel.studies import run
 
     where = _where(folder, overwrite, figures, quiet, "sets", None)

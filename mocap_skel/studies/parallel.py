@@ -54,6 +54,11 @@ def _leave_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
+def use_one_core() -> None:
+    """Keep numpy to one core, to compare times with a thesis that had one: before numpy is loaded."""
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+
+
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
     before = {name: os.environ.get(name) for name in _THREADS}
