@@ -93,7 +93,7 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
         AssociationError: no such file, or a line that is wrong; names file, line and column.
         SkeletonError: the skeleton file is wrong.
     """
-    path = _find(source)
+    path = find_association(source)
     lines = read_text(path, AssociationError).splitlines()
     figure: str | Path | None = skeleton
     rules: list[tuple[int, list[tuple[str, int]]]] = []
@@ -124,7 +124,12 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
     return Association(str(path), read, tuple(_rules(rules, read, path)), tuple(ignored))
 
 
-def _find(source: str | Path) -> Path:
+def find_association(source: str | Path) -> Path:
+    """The file of a path or of a shipped one's bare name.
+
+    Raises:
+        AssociationError: there is none.
+    """
     path = Path(source)
     if path.is_file():
         return path
