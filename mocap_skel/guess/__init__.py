@@ -13,8 +13,11 @@ from mocap_skel.errors import CallError
 from mocap_skel.guess.motion import Verdict, weigh
 from mocap_skel.guess.names import HIGH, LIKELY, OPEN, UNSURE, NameGuess, guess_names
 from mocap_skel.guess.rigid import distances
-from mocap_skel.skeleton import STANDARD, Skeleton, read_skeleton
+from mocap_skel.skeleton import SHIPPED, STANDARD, Skeleton, read_skeleton
 from mocap_skel.text import counted, listed
+
+# Markers that a root's pose needs.
+LEAST_ON_ROOT = 3
 
 __all__ = ["Guess", "Line", "check_sure", "guess_association", "in_words"]
 
@@ -95,10 +98,14 @@ def guess_association(clip: Clip, subject: str | None = None) -> Guess:
             verdicts[clip.labels[i]].append(verdict)
     there = np.flatnonzero(np.isfinite(clip.points[..., 0]).any(axis=0))
     seen = {clip.labels[i] for i in there}
-    lines = [
-        replace(line, seen=line.label in seen)
-        for line in _lines([_agreed(found) for found in verdicts.values()], skeleton)
-    ]
+    agreed = [_agreed(found) for found in verdicts.values()]
+    placed = Counter(
+        v.guess.segment
+        for v in agreed
+        if v.guess.confidence in (HIGH, LIKELY) and v.guess.label in seen
+    )
+    skeleton = _figure(placed, skeleton)
+    lines = [replace(x, seen=x.label in seen) for x in _lines(agreed, skeleton)]
     if not any(line.used for line in lines):
         raise CallError(
             f"{clip.name}: no label says which marker it is: {listed(labels)}",
@@ -128,7 +135,7 @@ def check_sure(guess: Guess) -> None:
     trouble = ""
     if against:
         trouble = f"names and motion contradict each other: {listed(against)}"
-    elif len(on_root) < 3:
+    elif len(on_root) < LEAST_ON_ROOT:
         found = listed(x.label for x in on_root) or "none"
         trouble = f"{root} needs three markers, and only {found} could be placed there"
     elif 2 * len(placed) < len(may_be):
@@ -156,6 +163,28 @@ def in_words(guess: Guess) -> str:
     if computed:
         said += f"; computed points, no markers: {computed}"
     return said
+
+
+def _figure(placed: Counter[str], human: Skeleton) -> Skeleton:
+    """The standard human, or the smallest shipped part of it where the clip shows no human root.
+
+    Args:
+        placed: how many markers each segment has that the clip shows.
+        human: the standard human.
+    """
+    if placed[human.root.name] >= LEAST_ON_ROOT:
+        return human
+    names = {s.name for s in human.segments}
+    parts = []
+    for path in sorted(SHIPPED.glob("*.toml")):
+        part = read_skeleton(path.stem)
+        own = {s.name for s in part.segments}
+        if set(placed) <= own <= names and placed[part.root.name] >= LEAST_ON_ROOT:
+            parts.append((len(own), path.stem, part))
+    if not parts:
+        return human
+    _, name, part = min(parts, key=lambda p: p[:2])
+    return replace(part, name=name)
 
 
 def _agreed(verdicts: list[Verdict]) -> Verdict:

@@ -81,7 +81,7 @@ class _Labels:
         self.labels = set(labels)
         self.all = {_code(label) for label in labels}
         self.pair = _other_language({_stem(code) for code in self.all})
-        self.rests = {rest for code in self.all for _, rest, _ in self._sides(code)}
+        self.rests = {rest for label in labels for _, rest, _ in self._candidates(label)}
         self.rests |= {_stem(rest) for rest in self.rests}
         # Stems with a number, side and all: how many numbers each has.
         self.numbered: dict[str, set[str]] = defaultdict(set)
@@ -144,17 +144,7 @@ class _Labels:
 
     def _by_code(self, label: str) -> NameGuess | None:
         whole = _code(label)
-        spelled = tokens(label)
-        sides = [self.table.sides[t] for t in spelled if t in self.table.sides]
-        candidates = list(self._sides(whole))
-        if len(set(sides)) == 1 and len(spelled) > 1 and not self.pair:
-            # The side stands as a word of its own, wherever: that beats any letter.
-            rest = "".join(t for t in spelled if t not in self.table.sides).upper()
-            for extra in ("", *(t for t in spelled if t in self.table.noise)):
-                shorter = rest.removeprefix(extra.upper()) if extra else rest
-                shorter = shorter.removesuffix(extra.upper()) if extra else shorter
-                candidates.insert(1, (sides[0], shorter, False))
-            candidates = [c for c in candidates if c[0] in ("", sides[0])]
+        candidates = self._candidates(label)
         for side, rest, mirrored in candidates:
             if mirrored and not self._mirror(whole):
                 continue
@@ -175,6 +165,23 @@ class _Labels:
                 rank = code.rank if code else 1e6
                 return NameGuess(label, segment, marker, confidence, reason, rank)
         return None
+
+    def _candidates(self, label: str) -> list[tuple[str, str, bool]]:
+        """(side, rest, whether the mirrored label must exist) of a label, the likeliest first."""
+        found = list(self._sides(_code(label)))
+        spelled = tokens(label)
+        said = [t for t in spelled if t not in self.table.noise]
+        sides = {self.table.sides[t] for t in said if t in self.table.sides}
+        if len(sides) == 1 and len(spelled) > 1 and not self.pair:
+            # The side stands as a word of its own, wherever: that beats any letter.
+            side = sides.pop()
+            for words in (spelled, said):
+                rest = "".join(t for t in words if t not in self.table.sides).upper()
+                found.insert(1, (side, rest, False))
+            return [c for c in found if c[0] in ("", side)]
+        if len(said) < len(spelled):
+            found += self._sides("".join(said).upper())
+        return found
 
     def _readings(
         self, side: str, rest: str, whole: str

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 # Frames that are summed at once: their features then stay in the cache.
-CHUNK = 512
+CHUNK = 64
+# Multiplications of one product that OpenBLAS leaves to one thread.
+ONE_THREAD = 250_000
 # Fewer frames together say nothing about a distance.
 LEAST_FRAMES = 10
 # A gap between the heights of two joins is clear where the second is so many times the first; and how far
@@ -52,20 +54,14 @@ def distances(points: Array) -> Distances:
         x = (points[k : k + CHUNK] - middle[k : k + CHUNK, None]).transpose(1, 2, 0)
         there: NDArray[np.bool_] = np.asarray(np.isfinite(x).all(axis=1))
         x = np.where(there[:, None], x, 0.0)
-        seen = there.astype(np.float64)
-        q = np.einsum("mdf,mdf->mf", x, x)
-        qx = q[:, None] * x
-        twice = np.stack([x[:, i] * x[:, j] for i, j in _PRODUCTS], axis=1)
-        flat, flat_q = x.reshape(count, -1), qx.reshape(count, -1)
-        squares = twice.reshape(count, -1)
-        weighted = (twice * _TIMES[:, None]).reshape(count, -1)
-        n += seen @ seen.T
-        # Sums of something of x times 1 of y; the mirrored ones are the transpose.
-        of_q, of_q2 = q @ seen.T, (q * q) @ seen.T
-        first += of_q + of_q.T - 2 * (flat @ flat.T)
-        crossed = flat_q @ flat.T
-        second += (
-            of_q2 + of_q2.T + 2 * (q @ q.T) + 4 * (squares @ weighted.T) - 4 * (crossed + crossed.T)
+        seen = there[:, None].astype(np.float64)
+        q = np.einsum("mdf,mdf->mf", x, x)[:, None]
+        twice = x[:, _FIRST] * x[:, _SECOND]
+        n += _sums([seen], [seen])
+        first += _sums([q, seen, -2 * x], [seen, q, x])
+        second += _sums(
+            [q * q, seen, 2 * q, twice * _TIMES, -4 * q * x, x],
+            [seen, q * q, q, twice, x, -4 * q * x],
         )
     few = n < LEAST_FRAMES
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -78,9 +74,25 @@ def distances(points: Array) -> Distances:
     return Distances(n, mean, spread)
 
 
-_PRODUCTS = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
-# The products of different coordinates stand for two terms each.
-_TIMES = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+# The products of two coordinates, with 4 for p², and twice that where two terms are the same.
+_FIRST, _SECOND = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
+_TIMES = np.array([4.0, 4.0, 4.0, 8.0, 8.0, 8.0])[:, None]
+
+
+def _sums(left: list[Array], right: list[Array]) -> Array:
+    """(M, M): Σ over frames and features.
+
+    In products small enough for BLAS to do in one thread: on a busy machine its threads wait for each
+    other ten times longer than they work.
+    """
+    count = len(left[0])
+    a, b = (np.concatenate(side, axis=1).reshape(count, -1) for side in (left, right))
+    width = max(ONE_THREAD // count**2, 1)
+    whole = a.shape[1] // width * width
+    blocks = (s[:, :whole].reshape(count, -1, width).swapaxes(0, 1) for s in (a, b))
+    one, other = blocks
+    total = (one @ other.swapaxes(1, 2)).sum(axis=0) if whole else 0.0
+    return np.asarray(total + a[:, whole:] @ b[:, whole:].T)
 
 
 def _middles(points: Array) -> Array:

@@ -8,6 +8,7 @@ from itertools import groupby
 
 from mocap_skel.guess import Guess, Line
 from mocap_skel.guess.names import UNSURE
+from mocap_skel.skeleton import STANDARD
 
 _HEAD = """\
 # {clip}: association guessed by mocap-skel assoc guess, to be checked.
@@ -23,6 +24,8 @@ def association_text(guess: Guess) -> str:
     counts = Counter("computed points" if x.computed else x.confidence for x in guess.lines)
     said = ", ".join(f"{n} {what}" for what, n in counts.items())
     parts = [_HEAD.format(clip=_plain(guess.clip), counts=f"{len(guess.lines)} labels: {said}.")]
+    if guess.skeleton.name != STANDARD:
+        parts[0] += f"@skeleton {guess.skeleton.name}\n"
     for segment, lines in groupby(guess.lines, key=lambda x: x.segment):
         rows = [_row(line) for line in lines]
         widths = [max(len(words[i]) for words, _ in rows) for i in range(3)]

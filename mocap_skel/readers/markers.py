@@ -44,7 +44,7 @@ def markers(
     """Which points are markers, and the names of the others by the reason why not.
 
     Left out are `*12`, points in a list of model outputs or with the name of one, and the bones of
-    Plug-in Gait.
+    Plug-in Gait. Where nothing has a name, `*12` is a marker like any other.
     """
     modelled = _modelled(raw.parameters["POINT"])
     bones = _bones(names, subjects, raw.points)
@@ -58,6 +58,9 @@ def markers(
             out["model output"].append(name)
         else:
             keep.append(i)
+    if not keep and "unlabelled" in out:
+        keep = [i for i, name in enumerate(names) if _UNLABELLED.match(name)]
+        del out["unlabelled"]
     return np.array(keep, dtype=np.int64), {reason: tuple(found) for reason, found in out.items()}
 
 
