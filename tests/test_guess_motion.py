@@ -148,6 +148,20 @@ def test_points_that_keep_a_distance_exactly_are_computed():
     assert lines["LFHD"].used and column >= 0
 
 
+def test_a_double_that_is_seen_elsewhere_at_the_same_time_is_unsure():
+    column = CLIP.labels.index("LFHD")
+    elsewhere = np.roll(CLIP.points[:, column], 250, axis=0) + [1.0, 0, 0]
+    both = np.stack([elsewhere, CLIP.points[:, column]], axis=1)
+    both[200:, 1] = np.nan
+    points = np.concatenate([CLIP.points, both], axis=1)
+    points[:200, column] = np.nan
+    names = (*CLIP.labels, "RFHD_2", "LFHD_2")
+    clip = replace(CLIP, points=points, labels=names, subjects=("",) * len(names))
+    lines = {line.label: line for line in guess_association(clip).lines}
+    assert lines["RFHD_2"].confidence == "unsure"
+    assert (lines["LFHD_2"].used, lines["LFHD_2"].segment) == (True, "Head")
+
+
 def test_labels_of_two_subjects_are_one_line_each():
     clip = read_clip(SAMPLES / "two_dancers.c3d")
     guess = guess_association(clip)

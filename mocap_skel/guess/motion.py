@@ -23,6 +23,10 @@ SHOWN = 0.005
 # Metres: no camera sees two markers that still, only arithmetic is; a few roundings of millimetres in
 # single precision.
 EXACT = 3e-7
+# Metres: a marker that stands in the file twice is not farther from itself.
+APART = 0.05
+# Metres: noise alone may make so much of a distance's spread.
+STILL = 0.002
 # Share of the clip's frames that show a marker together with its segment's others.
 LEAST_SEEN = 0.05
 
@@ -49,12 +53,10 @@ def weigh(
     markers. A neighbour segment in the tree proves nothing against a confident name: a marker beside
     the joint keeps its distance to both.
     """
-    guesses = _without_computed(guesses, found)
+    guesses = _without_computed(_without_doubles(guesses, found), found)
     judge = _Judge(found, skeleton, frames)
-    # What motion places helps to place others.
-    for _ in range(2):
-        judge.seat(guesses)
-        guesses = [judge.place(i, g) for i, g in enumerate(guesses)]
+    judge.seat(guesses)
+    guesses = [judge.place(i, g) for i, g in enumerate(guesses)]
     judge.seat(guesses)
     return [judge.confirm(i, g) for i, g in enumerate(guesses)]
 
@@ -70,6 +72,7 @@ class _Judge:
         }
         self.order = [s.name for s in skeleton.segments]
         self.members: dict[str, list[int]] = {}
+        self.usual: dict[str, float] = {}
 
     def seat(self, guesses: list[NameGuess]) -> None:
         """Take the markers that are placed so far as what the others are measured against."""
@@ -77,20 +80,27 @@ class _Judge:
         for i, guess in enumerate(guesses):
             if guess.segment and guess.confidence in (HIGH, LIKELY):
                 self.members.setdefault(guess.segment, []).append(i)
+        self.usual = {s: self._usual(members) for s, members in self.members.items()}
+
+    def _usual(self, members: list[int]) -> float:
+        """The spread to a segment's markers that one more may have; nothing fits a single marker."""
+        inside = self.spread[np.ix_(members, members)]
+        inside = inside[np.isfinite(inside)]
+        return max(CLEARLY * float(np.median(inside)), STILL) if len(inside) else 0.0
 
     def place(self, i: int, guess: NameGuess) -> NameGuess:
         """A marker whose name leaves it open, on the segment that it moves with."""
         if guess.computed or guess.confidence in (HIGH, LIKELY):
             return guess
-        fits = self._misfits(i, 2)
+        fits = self._worst(i)
         if len(fits) < 2:
             return guess
         (best, segment), (second, other) = fits[0], fits[1]
-        if best > RIGID or second < max(CLEARLY * best, best + SHOWN):
-            if best <= RIGID and guess.confidence == OPEN and second > SHOWN:
-                reason = f"{guess.reason}; moves with {segment} or {other}"
-                return replace(guess, reason=reason)
+        if best > RIGID or second <= SHOWN:
             return guess
+        if best > self.usual[segment] or second < max(CLEARLY * best, best + SHOWN):
+            reason = f"{guess.reason}; moves with {segment} or {other}"
+            return replace(guess, reason=reason)
         if guess.segment not in ("", segment):
             return guess
         alone = [s for s in self.order if s in self.near[segment] and s not in self.members]
@@ -127,6 +137,15 @@ class _Judge:
             return Verdict(replace(guess, confidence=HIGH, reason=reason))
         return Verdict(guess)
 
+    def _worst(self, i: int) -> list[tuple[float, str]]:
+        """(largest spread of its distances, segment), the best first."""
+        fits = []
+        for segment, members in self.members.items():
+            spreads = self.spread[i, [k for k in members if k != i]]
+            if np.isfinite(spreads).any():
+                fits.append((float(np.nanmax(spreads)), segment))
+        return sorted(fits)
+
     def _misfits(self, i: int, least: int) -> list[tuple[float, str]]:
         """(misfit, segment), the best first, of segments with at least so many other markers."""
         fits = []
@@ -136,6 +155,22 @@ class _Judge:
             if len(spreads) >= least:
                 fits.append((float(spreads[(len(spreads) - 1) // 2]), segment))
         return sorted(fits)
+
+
+def _without_doubles(guesses: list[NameGuess], found: Distances) -> list[NameGuess]:
+    """The guesses without doubles that are seen beside what they double: another body's marker."""
+    at = {guess.label: i for i, guess in enumerate(guesses)}
+
+    def sure(i: int, guess: NameGuess) -> NameGuess:
+        j = at.get(guess.double_of)
+        if j is None or not guess.segment or not found.mean[i, j] > APART:
+            return guess
+        reason = (
+            f"{guess.reason}, but {100 * found.mean[i, j]:.0f} cm away from it at the same time"
+        )
+        return replace(guess, confidence=UNSURE, reason=reason)
+
+    return [sure(i, guess) for i, guess in enumerate(guesses)]
 
 
 def _without_computed(guesses: list[NameGuess], found: Distances) -> list[NameGuess]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from mocap_skel.guess.dialects import Code, Dialects, Place, dialects
@@ -39,6 +39,7 @@ class NameGuess:
         reason: in plain words.
         rank: of labels for one marker, the one with the smallest.
         computed: the name of a point that a model computed.
+        double_of: the label that stands in the file more than once, "" for none.
     """
 
     label: str
@@ -48,6 +49,7 @@ class NameGuess:
     reason: str
     rank: float = 1e9
     computed: bool = False
+    double_of: str = ""
 
 
 def guess_names(
@@ -104,7 +106,7 @@ class _Labels:
             of = self.guess(first[1])
             confidence = LIKELY if of.confidence == HIGH else of.confidence
             reason = f"a double of {first[1]}"
-            return NameGuess(label, of.segment, "", confidence, reason, 1e8, of.computed)
+            return NameGuess(label, of.segment, "", confidence, reason, 1e8, of.computed, first[1])
         best = self._by_code(label) or self._by_words(label) or self._by_letter(label)
         return best or NameGuess(label, "", "", OPEN, "the name says nothing")
 
@@ -359,6 +361,6 @@ def _one_each(found: dict[str, NameGuess]) -> dict[str, NameGuess]:
     for label, guess in found.items():
         if guess.marker and owner[guess.marker] is not guess:
             taken = f"{guess.reason}; {guess.marker} is {owner[guess.marker].label}"
-            guess = NameGuess(label, guess.segment, "", guess.confidence, taken, guess.rank)
+            guess = replace(guess, marker="", reason=taken)
         result[label] = guess
     return result
