@@ -245,7 +245,7 @@ def associate(
         ]
         raise ClipError(
             f"{clip.name}: no label of the clip is in {association.path}; it has {listed(labels)}",
-            "mocap-skel inspect shows the labels; write an association file for them",
+            "mocap-skel inspect shows the labels; mocap-skel assoc guess writes a file for them",
         )
     return matched
 
