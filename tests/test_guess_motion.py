@@ -258,8 +258,12 @@ def test_bundled_clips_with_their_labels_erased(name):
     known = read_association("plug_in_gait" if name == "gaps" else "cmu")
     of = {r.label: r.segment for r in known.rules}
     truth = {f"m{i}": of[label] for i, label in enumerate(clip.labels)}
-    found, there, right = compared(find_figure(nameless(clip)), truth)
-    assert found == there
+    figure = find_figure(nameless(clip))
+    found, there, right = compared(figure, truth)
+    # In gaps, LTHI is never seen: a thigh of one marker has no frame for the shank to hang on.
+    lost = {"LTHI", "LTIB", "LANK", "LHEE", "LTOE"} if name == "gaps" else set()
+    assert {clip.labels[int(label[1:])] for label in figure.left_out} == lost
+    assert found == there == (13 if name == "gaps" else 15)
     assert right == there - 1
 
 
