@@ -95,7 +95,7 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
         AssociationError: no such file, or a line that is wrong; names file, line and column.
         SkeletonError: the skeleton file is wrong.
     """
-    path = _find(source)
+    path = find_association(source)
     lines = read_text(path, AssociationError).splitlines()
     own: str | Path = STANDARD
     rules: list[tuple[int, list[tuple[str, int]]]] = []
@@ -157,7 +157,12 @@ def _of_the_figure(
     return part, rest
 
 
-def _find(source: str | Path) -> Path:
+def find_association(source: str | Path) -> Path:
+    """The file of a path or of a shipped one's bare name.
+
+    Raises:
+        AssociationError: there is none.
+    """
     path = Path(source)
     if path.is_file():
         return path
@@ -278,7 +283,7 @@ def associate(
         ]
         raise ClipError(
             f"{clip.name}: no label of the clip is in {association.path}; it has {listed(labels)}",
-            "mocap-skel inspect shows the labels; write an association file for them",
+            "mocap-skel inspect shows the labels; mocap-skel assoc guess writes a file for them",
         )
     return matched
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Container, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +31,7 @@ class Job:
     """What to do with every clip.
 
     Attributes:
-        association: the markers and the skeleton.
+        association: the markers and the skeleton; None = guessed for each clip, from names and motion.
         formats: names of `export.WRITERS`.
         folder: where the results go; None renders them only.
         overwrite: whether existing files may be replaced.
@@ -43,7 +43,7 @@ class Job:
         options: what the writers are told.
     """
 
-    association: Association
+    association: Association | None
     formats: tuple[str, ...] = ("csv",)
     folder: Path | None = None
     overwrite: bool = False
@@ -57,11 +57,17 @@ class Job:
     salvage: bool = False
     options: Options = field(default_factory=Options)
 
+    @property
+    def known(self) -> Association:
+        """The association, where there is one: `process` guesses it before anything asks."""
+        assert self.association is not None
+        return self.association
+
     def fit(self, clip: Clip, assignment: Assignment) -> SkeletonFit:
         """One subject of a clip, fitted as the job says."""
         sigma = np.diag(np.square(self.sigma)) if isinstance(self.sigma, tuple) else self.sigma
         return fit_skeleton(
-            clip, assignment, self.association.skeleton, sigma=sigma, pose=self.pose,
+            clip, assignment, self.known.skeleton, sigma=sigma, pose=self.pose,
             method=self.method, noise=self.noise,
         )  # fmt: skip
 
@@ -152,6 +158,8 @@ def render(path: Path, job: Job) -> Done:
     folder = job.folder or Path()
     clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
     notes = list(clip.notes)
+    if job.association is None:
+        job = replace(job, association=_guessed(clip, job.subject, notes))
     fits, failed = _fits(clip, job, notes)
     files: dict[Path, str] = {}
     for fit in fits:
@@ -183,12 +191,22 @@ def _check_free(path: Path, target: Path, taken: Container[Path]) -> None:
         )
 
 
+def _guessed(clip: Clip, subject: str | None, notes: list[str]) -> Association:
+    """The association that the clip's own names and motion give, where that is sure."""
+    from mocap_skel.guess import check_sure, guess_association, in_words
+
+    found = guess_association(clip, subject)
+    check_sure(found)
+    notes.append(f"no --assoc, so it is guessed from names and motion: {in_words(found)}")
+    return found.association()
+
+
 def _fits(clip: Clip, job: Job, notes: list[str]) -> tuple[list[SkeletonFit], list[FitError]]:
     """The subjects of a clip that can be fitted, and why others cannot."""
     fits: list[SkeletonFit] = []
     failed: list[FitError] = []
-    for assignment in associate(clip, job.association, job.subject):
-        mismatches = assignment.mismatches(job.association)
+    for assignment in associate(clip, job.known, job.subject):
+        mismatches = assignment.mismatches(job.known)
         try:
             fit = job.fit(clip, assignment)
         except FitError as error:

@@ -128,7 +128,7 @@ def test_nothing_fitted_is_3_and_leaves_nothing_behind(tmp_path):
     ("arguments", "what"),
     [
         (["fit"], "Missing argument"),
-        (["fit", ROM], "--assoc is missing"),
+        (["fit", ROM, "--skeleton", "human"], "--assoc is missing"),
         (["fit", ROM, "--assoc", "cmuu"], "did you mean cmu?"),
         (["fit", ROM, "--assoc", "map.txt"], "map.txt:1:6: 'LFTW' is no marker"),
         (["fit", ROM, "--assoc", "cmu", "--skeleton", "nix"], "nix: no such skeleton file"),

@@ -74,10 +74,14 @@ def command(
     joint with its evidence), bvh makes walk.bvh. The joint table goes to standard output. Column
     'known' tells whether the motion shows the joint: yes, weak or no.
 
+    Without --assoc, which label is which marker is guessed from names and motion, and said; where that
+    is not sure, nothing is fitted: mocap-skel assoc guess writes the file to correct.
+
     Exit codes: 0 all done, 1 some clips failed, 2 wrong call or association file, 3 nothing could
     be fitted, 130 interrupted.
     """
-    if association is None:
+    if association is None and skeleton is not None:
+        # Names are guessed for the standard human.
         raise options.missing_association()
     to_stdout = output == "-"
     if to_stdout and (len(clips) > 1 or len(set(formats)) > 1 or as_json):
@@ -91,7 +95,7 @@ def command(
 
     options.check_estimation(method, noise, sigma)
     job = Job(
-        association=read_association(association, skeleton),
+        association=None if association is None else read_association(association, skeleton),
         formats=tuple(dict.fromkeys(formats)),
         folder=None if to_stdout else Path(output),
         overwrite=overwrite,

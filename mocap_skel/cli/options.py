@@ -64,7 +64,7 @@ def missing_association() -> CallError:
     """What to say where there is no association file."""
     return CallError(
         "which label is which marker? --assoc is missing",
-        "shipped: --assoc cmu, --assoc plug_in_gait; mocap-skel inspect shows a clip's labels",
+        "mocap-skel assoc list shows the shipped ones; mocap-skel assoc guess CLIP writes one",
     )
 
 

@@ -129,7 +129,7 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
         MocapSkelError: the clip cannot be read or fitted, or its results not be written.
     """
     clip = read_clip(path, unit=job.unit, rate=job.rate)
-    subjects = associate(clip, job.association, job.subject)
+    subjects = associate(clip, job.known, job.subject)
     if len(subjects) > 1:
         known = ", ".join(subject.subject for subject in subjects)
         raise CallError(f"{path}: the study takes one subject", f"choose with --subject: {known}")
@@ -158,7 +158,7 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
             f"({counted(plan.passes, 'pass', 'passes')}, 0 to {plan.levels - 1} % left out, seed {plan.seed})",
             *_in_words(summary, asked - len({(a.passed, a.level) for a in answers})),
         ],
-        notes=[*clip.notes, *subject.mismatches(job.association), *whole.notes],
+        notes=[*clip.notes, *subject.mismatches(job.known), *whole.notes],
     )
     caption = f"{path.name}, {asked} refits, seed {plan.seed}: {where.command}"
 
@@ -237,7 +237,7 @@ def _refit_block(
 
 def _key(clip: Clip, subject: Assignment, job: Job, plan: Resampling) -> str:
     """A name for what the answers depend on, so that only the same study is ever gone on with."""
-    options = (job.sigma, job.pose, job.method, job.noise, job.association.skeleton)
+    options = (job.sigma, job.pose, job.method, job.noise, job.known.skeleton)
     text = repr((__version__, subject.columns, options, plan.levels, plan.seed))
     return hashlib.sha256(text.encode() + clip.points.tobytes()).hexdigest()[:12]
 
