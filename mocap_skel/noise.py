@@ -67,14 +67,7 @@ def clip_noise(
         ValueError: a covariance that is none.
     """
     if isinstance(sigma, np.ndarray):
-        if (
-            sigma.shape != (3, 3)
-            or not np.allclose(sigma, sigma.T)
-            or np.linalg.eigvalsh(sigma)[0] < 0
-        ):
-            raise ValueError(
-                f"a noise covariance is a symmetric (3, 3) matrix, got {sigma.tolist()}"
-            )
+        _check_covariance(sigma)
         return ClipNoise(float(np.sqrt(np.trace(sigma) / 3)), sigma)
     if sigma is not None:
         return ClipNoise(sigma)
@@ -98,6 +91,19 @@ def clip_noise(
     nearest = min(found, key=lambda own: abs(np.log(own / level)))
     matrix = found[nearest] * (level / nearest) ** 2
     return ClipNoise(float(np.sqrt(np.trace(matrix) / 3)), matrix)
+
+
+def _check_covariance(matrix: Array) -> None:
+    """Refuse what is no covariance, rounding allowed for."""
+    if matrix.shape == (3, 3) and np.isfinite(matrix).all():
+        rounding = 1e-9 * np.abs(matrix).max()
+        symmetric = np.abs(matrix - matrix.T).max() <= rounding
+        if symmetric and np.linalg.eigvalsh(matrix)[0] >= -rounding:
+            return
+    raise ValueError(
+        f"a noise covariance is a symmetric (3, 3) matrix without a negative eigenvalue, got "
+        f"{matrix.tolist()}"
+    )
 
 
 def rigid_noise_matrix(points: Array, shape: Shape, pose: Pose) -> Array | None:
