@@ -32,8 +32,8 @@ def deviations_figure(summary: Summary, caption: str) -> bytes:
     if np.isfinite(law.at_enough):
         ends = np.array([samples[shown].min(), samples[shown].max()])
         for slope, style, name in (
-            (law.slope, "-", f"fitted: N^{law.slope:.2f}"),
-            (-0.5, "--", "law of independent samples: N^-0.50"),
+            (law.slope, "-", f"fitted: n^{law.slope:.2f}"),
+            (-0.5, "--", "law of independent samples: n^-0.50"),
         ):
             line = 100 * law.at_enough * (ends / ENOUGH) ** slope
             axes.plot(ends, line, color="black", linestyle=style, label=name)

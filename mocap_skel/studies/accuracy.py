@@ -125,8 +125,8 @@ def verdicts(scores: Iterable[Score]) -> list[str]:
         inside = sum(table[method, *cell].criterion for cell in broken)
         met = sum(table[method, *cell].criterion for cell in cells)
         lines.append(
-            f"{CONTENDERS[method].label}: breaks in {len(broken)} of {len(cells)} cells (over {BREAKS} times "
-            f"the bound, over {NOTHING} radii, or no answer), in {inside} of the {met} that meet the criterion"
+            f"{CONTENDERS[method].label}: breaks in {len(broken)} of {len(cells)} cells, in {inside} of the "
+            f"{met} that meet the criterion"
         )
     others = [m for m in ("ugdk", "ugdk_fixed_point", "gdke") if m in methods]
     return lines + [_against(table, cells, other) for other in others if "pratt" in methods]

@@ -205,7 +205,7 @@ def _in_words(summary: Summary, failed: int) -> list[str]:
 
 def _often(groups: list[Group], total: Counter[str], often: bool) -> list[Group]:
     """The groups that hold a share of their joint's answers that is worth the name, or the others."""
-    return [g for g in groups if (g.answers >= SHARE * total[g.joint]) == often]
+    return [g for g in groups if (g.answers >= max(3, SHARE * total[g.joint])) == often]
 
 
 def _all_passes(
@@ -332,7 +332,8 @@ def run_accuracy(plan: accuracy.Plan, where: Where) -> Findings:
             "markers": tables.marker_rows(markers),
         },
         [
-            f"{plan.trials} trials of {plan.count} points a cell, seed {plan.seed}",
+            f"{plan.trials} trials of {plan.count} points a cell, seed {plan.seed}; an estimator breaks over "
+            f"{accuracy.BREAKS} times the bound, over {accuracy.NOTHING} radii, or without an answer",
             *accuracy.verdicts(scores),
         ],
     )
