@@ -11,7 +11,7 @@ Example:
 figure is a `Figure` of `Segment`s with a dict of markers, moved by `circumduct` or a `Motion`.
 """
 
-from mocap_skel.artificial.faults import Faults
+from mocap_skel.artificial.faults import Faults, Swap
 from mocap_skel.artificial.figure import STATURE, Figure, Motion, Pose, Segment, Vector, human
 from mocap_skel.artificial.markers import LABELS, MarkerSet, marker_set
 from mocap_skel.artificial.motion import (
@@ -40,6 +40,7 @@ __all__ = [
     "Pose",
     "Recording",
     "Segment",
+    "Swap",
     "Vector",
     "circumduct",
     "dance",
