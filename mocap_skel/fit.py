@@ -288,16 +288,15 @@ class _Walk:
     def _joint(self, segment: Segment) -> JointFit | None:
         assert segment.parent is not None and segment.joint is not None
         parent = self.segments[segment.parent]
-        found = self._centre(segment)
-        if found is None:
-            return None
         points = self.points[segment.name]
-        left = off_sphere(parent.pose.to_segment(points), points, found.centre)
+        inside = parent.pose.to_segment(points)
+        found = self._centre(segment, inside)
+        left = None if found is None else off_sphere(inside, points, found.centre)
         if left is not None:
             self._leave_out(segment.name, left)
-            found = self._centre(segment)
-            if found is None:
-                return None
+            found = self._centre(segment, np.where(left[..., None], np.nan, inside))
+        if found is None:
+            return None
         used = np.isfinite(found.radius)
         found = replace(found, radius=found.radius[used])
         return JointFit(
@@ -311,17 +310,16 @@ class _Walk:
             **{f.name: getattr(found, f.name) for f in fields(CentreFit)},
         )
 
-    def _centre(self, segment: Segment) -> CentreFit | None:
+    def _centre(self, segment: Segment, inside: Array) -> CentreFit | None:
         assert segment.parent is not None
-        parent = self.segments[segment.parent]
         own = self.shapes.get(segment.name)
         return fit_centre(
-            parent.pose.to_segment(self.points[segment.name]),
+            inside,
             self.sigma,
             max(own[0].sigma if own else 0.0, self.sigma),
             self.frames[segment.parent],
             self.method,
-            self.noise.in_frame(parent.pose),
+            self.noise.in_frame(self.segments[segment.parent].pose),
             each=self.noise.each,
         )
 

@@ -34,6 +34,8 @@ SMALL = 0.25
 ABRUPT = 0.75
 # Frames for which a marker that is not seen is thought to go on as before.
 LONG_GAP = 5
+# Frames from which a place to judge from is found well enough.
+ENOUGH = 500
 # Share of the unexpected steps that makes one of two markers the one that left.
 CLEAR = 2 / 3
 
@@ -62,6 +64,10 @@ class Excursions:
             self.frames[np.concatenate([self.starts[into] - 1, self.stops[out] - 1])],
             self.frames[np.concatenate([self.starts[into], self.stops[out]])],
         )
+
+    def follows(self) -> Mask:
+        """(n,): whether a piece begins where the one before it ends."""
+        return np.append(False, self.starts[1:] == self.stops[:-1])
 
     def spread_out(self, values: Array) -> tuple[NDArray[np.intp], Array]:
         """Frames of the pieces and each one's value of (n,) values."""
@@ -134,8 +140,10 @@ def off_sphere(inside: Array, lab: Array, centre: Array) -> Mask | None:
         ranges = np.column_stack([before + 1, after + 1]).ravel()
         widest = np.maximum.reduceat(np.append(own, 0.0), ranges)[::2]
         seen = widest >= ABRUPT * np.abs(radius[m, after] - radius[m, before])
-        moved = np.bincount(piece[seen], minlength=len(found.starts)).astype(np.float64)
-        at, values = found.spread_out(moved)
+        # Pieces in a row are one stretch: it turns along with the limb, and its distance with that.
+        stretch = np.cumsum(~found.follows())
+        moved = np.bincount(stretch[piece[seen]], minlength=stretch[-1] + 1)[stretch]
+        at, values = found.spread_out(moved.astype(np.float64))
         left[m, at] = values > 0
     return left.T if left.any() else None
 
@@ -184,6 +192,8 @@ def robust_centre(y: Array) -> Array:
     algebraic fit of the samples that the last one left nearest to its spheres. A place to judge samples
     from, not an estimate: it is as biased by noise as GDKE.
     """
+    frames = np.flatnonzero(np.isfinite(y[:, 0]).any(axis=0))
+    y = y[..., frames[:: len(frames) // ENOUGH + 1]]
     away = np.linalg.norm(y - median(y)[..., None], axis=1)
     with np.errstate(invalid="ignore"):
         keep = away <= 3.0 * median(away)[:, None]
@@ -259,7 +269,7 @@ def _blame(x: Array, other: Array, found: Excursions) -> Array:
     piece, before, after = found.edges()
     own, others = _unexpected(x, before, after), _unexpected(other, before, after)
     count = len(found.starts)
-    follows = np.append(False, found.starts[1:] == found.stops[:-1])
+    follows = found.follows()
     # Only steps from and to a frame in shape tell who is out; the others tell who changed.
     into = piece[: (found.starts > 0).sum()]
     clean = np.concatenate([~follows[into], ~np.append(follows[1:], False)[piece[len(into) :]]])
