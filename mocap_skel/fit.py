@@ -10,21 +10,19 @@ from numpy.typing import NDArray
 
 from mocap_skel.association import Assignment
 from mocap_skel.cases import beside, filled, filled_by_hinge, middle
+from mocap_skel.choices import POSES, check_method
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError
 from mocap_skel.joint import BEST, LEAST_SAMPLES, CentreFit, Frame, JointFit, fit_centre, unfitted
 from mocap_skel.left_out import LeftOut, left_out, notes
-from mocap_skel.noise import NOISES, clip_noise
+from mocap_skel.noise import clip_noise
 from mocap_skel.pose import Array, Pose, by_rows, one_marker_pose
 from mocap_skel.shape import Shape, find_shape, median
 from mocap_skel.skeleton import Segment, Skeleton
-from mocap_skel.spherefit import METHODS, DegenerateSphereError
+from mocap_skel.spherefit import DegenerateSphereError
 from mocap_skel.text import listed
 from mocap_skel.trouble import Mask, off_sphere, out_of_shape
 
-POSES = ("least-squares", "triad")
-# Only these take away any but the same noise in all directions and of all markers.
-SHAPED = (BEST, "ugdk", "mgdk", "sgdk")
 # A marker nearer to its joint than so many radial residuals shows no direction.
 NO_DIRECTION = 3.0
 
@@ -152,22 +150,6 @@ def fit_skeleton(
         notes=(*walk.all_notes(), *notes(trouble, walk.samples)),
         left_out=trouble,
     )
-
-
-def check_method(method: str, noise: str, sigma: object) -> None:
-    """Refuse a method, a noise, or two of them that do not go together.
-
-    Raises:
-        ValueError: says which.
-    """
-    if method not in (BEST, *METHODS):
-        raise ValueError(f"method must be one of {(BEST, *METHODS)}, got {method!r}")
-    if noise not in NOISES:
-        raise ValueError(f"noise must be one of {NOISES}, got {noise!r}")
-    if noise != "rigid" and sigma is not None:
-        raise ValueError(f"the noise is given, so it is not to be estimated as {noise!r}")
-    if method not in SHAPED and (noise != "rigid" or isinstance(sigma, np.ndarray | tuple)):
-        raise ValueError(f"{method} takes no noise matrix and no noise of each marker")
 
 
 class _Walk:

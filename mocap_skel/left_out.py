@@ -91,7 +91,11 @@ def left_out(
                 partners.setdefault(b, names[a[0]][a[1]])
     found = [
         LeftOut(
-            names[s][m], s, clip.labels[at[s, m]], clip.frame_numbers[mask], partners.get((s, m), "")
+            names[s][m],
+            s,
+            clip.labels[at[s, m]],
+            clip.frame_numbers[mask],
+            partners.get((s, m), ""),
         )
         for (s, m), mask in each.items()
     ]

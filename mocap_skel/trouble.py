@@ -12,13 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.pose import Array
 from mocap_skel.shape import median
+from mocap_skel.trimmed import robust_centre
 
 Mask = NDArray[np.bool_]
 
@@ -34,8 +35,6 @@ SMALL = 0.25
 ABRUPT = 0.75
 # Frames for which a marker that is not seen is thought to go on as before.
 LONG_GAP = 5
-# Frames from which a place to judge from is found well enough.
-ENOUGH = 500
 # Share of the unexpected steps that makes one of two markers the one that left.
 CLEAR = 2 / 3
 
@@ -102,7 +101,7 @@ def out_of_shape(x: Array) -> tuple[Array, Mask | None]:
     exchanged = _exchanged(x, between, distance, middle, bad)
     left = np.zeros((count, frames), dtype=np.bool_)
     if exchanged is not None:
-        for pair in np.flatnonzero(exchanged.any(axis=1)):
+        for pair in np.flatnonzero(exchanged.any(axis=1)).tolist():
             left[[first[pair], second[pair]]] |= exchanged[pair]
         # The distances of the two to the others are explained by that.
         bad &= ~(left[first] | left[second])
@@ -185,47 +184,10 @@ def excursions(signals: Array, place: Array, floor: Array) -> Iterator[tuple[int
             yield row, Excursions(frames, first, last + 1, limit)
 
 
-def robust_centre(y: Array) -> Array:
-    """Common centre (3,) of concentric spheres through y (M, 3, F), though a quarter be anywhere.
-
-    Least trimmed squares by concentration steps (Rousseeuw & Van Driessen 2006), each a closed-form
-    algebraic fit of the samples that the last one left nearest to its spheres. A place to judge samples
-    from, not an estimate: it is as biased by noise as GDKE.
-    """
-    frames = np.flatnonzero(np.isfinite(y[:, 0]).any(axis=0))
-    y = y[..., frames[:: len(frames) // ENOUGH + 1]]
-    away = np.linalg.norm(y - median(y)[..., None], axis=1)
-    with np.errstate(invalid="ignore"):
-        keep = away <= 3.0 * median(away)[:, None]
-    centre = np.zeros(3)
-    for _ in range(8):
-        centre = _algebraic_centre(y, keep)
-        radius = np.linalg.norm(y - centre[:, None], axis=1)
-        error = np.abs(radius - median(np.where(keep, radius, np.nan))[:, None])
-        with np.errstate(invalid="ignore"):
-            keep = error <= 1.7 * median(error)[:, None]  # three quarters of Gaussian errors
-    return centre
-
-
-def _algebraic_centre(y: Array, keep: Mask) -> Array:
-    """Generalised Delogne-Kåsa of the samples to keep; unseen directions stay at the samples' mean."""
-    weight = keep / np.maximum(keep.sum(axis=1), 1)[:, None]
-    known = np.where(keep[:, None], y, 0.0)
-    mean = np.einsum("mf,mif->mi", weight, known)
-    middle = mean.mean(axis=0)
-    deviation = np.where(keep[:, None], y - mean[..., None], 0.0)
-    weighted = weight[:, None] * deviation
-    shifted = np.where(keep[:, None], y - middle[:, None], 0.0)
-    square = np.einsum("mif,mif->mf", shifted, shifted)
-    spread = np.einsum("mif,mjf->ij", weighted, deviation)
-    third = np.einsum("mif,mf->i", weighted, square)
-    return np.asarray(middle + np.linalg.pinv(spread, rcond=1e-3, hermitian=True) @ third / 2)
-
-
 def _changes(signals: Array) -> Array:
     """(P, F): by how much each sample differs from the one seen before it; NaN for the first one."""
     changes = np.empty_like(signals)
-    changes[:, 0] = np.nan
+    changes[:, :1] = np.nan
     np.abs(signals[:, 1:] - signals[:, :-1], out=changes[:, 1:])
     holed = np.flatnonzero(np.isnan(changes[:, 1:]).any(axis=1))
     if len(holed):
@@ -341,9 +303,7 @@ def _vote(
     return left
 
 
-def _exchanged(
-    x: Array, between: Array, distance: Array, middle: Array, bad: Mask
-) -> Mask | None:
+def _exchanged(x: Array, between: Array, distance: Array, middle: Array, bad: Mask) -> Mask | None:
     """Pairs (P, F) whose two markers stand in each other's place though their distance is kept.
 
     No segment turns by more than 120 degrees, a chord of √3, in a time in which its usual turn is far
@@ -389,10 +349,8 @@ def _exchanged(
         lost = ~short | (turned & ~back)
         blocks = np.concatenate([[0], np.flatnonzero(lost) + 1, [len(frames)]])
         state = np.concatenate([[0], np.cumsum(back)]) % 2
-        for start, stop in zip(blocks[:-1], blocks[1:], strict=True):
+        for start, stop in pairwise(blocks.tolist()):
             part = state[start:stop] == 1
-            if part[0]:
-                part = ~part
             if 2 * part.sum() > len(part):
                 part = ~part
             if part.any():

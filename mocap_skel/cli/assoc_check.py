@@ -1,4 +1,4 @@
-"""mocap-skel assoc check: does each marker move with the segment that the association gives it?"""
+"""mocap-skel assoc check: whether markers move with the segments that an association gives them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def command(
     rate: float | None,
     as_json: bool,
 ) -> int:
-    """Check an association against CLIP: does each marker move with its segment?
+    """Check against CLIP whether each marker moves with the segment that MAP gives it.
 
     Finds lines that are exchanged, markers given to the wrong segment, and the frames in which a marker
     left its segment. The table goes to standard output; its last line says what to do.

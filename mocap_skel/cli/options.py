@@ -65,7 +65,7 @@ def check_estimation(method: str, noise: str, sigma: object) -> None:
     Raises:
         CallError: --method, --noise and --sigma contradict each other.
     """
-    from mocap_skel.fit import check_method
+    from mocap_skel.choices import check_method
 
     try:
         check_method(method, noise, sigma)
