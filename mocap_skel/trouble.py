@@ -17,7 +17,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.pose import Array
+from mocap_skel.pose import Array, by_rows
 from mocap_skel.shape import median
 from mocap_skel.trimmed import robust_centre
 
@@ -31,6 +31,8 @@ GAUSS = 1.4826
 # movements), and the share of the distance itself where segments are small, a hand's or a finger's.
 SKIN = 0.02
 SMALL = 0.25
+# Every so many frames tell a segment's size.
+SOME = 8
 # Share of the limit that one step has to make: a shoe that bends as the foot lands goes there in several.
 ABRUPT = 0.75
 # Frames for which a marker that is not seen is thought to go on as before.
@@ -124,13 +126,18 @@ def off_sphere(inside: Array, lab: Array, centre: Array) -> Mask | None:
     Returns:
         The samples, (frames, M), or None where there are none.
     """
-    y = np.ascontiguousarray(inside.transpose(1, 2, 0))
-    size = np.sqrt(median(np.einsum("mif,mif->mf", y, y)))
-    floor = np.minimum(SKIN, SMALL * size)
-    steps = _changes(np.linalg.norm(y - centre[:, None], axis=1))
-    if not (steps > ABRUPT * floor[:, None]).any():
+    away = inside - centre
+    radius = np.ascontiguousarray(np.sqrt(np.einsum("fmi,fmi->fm", away, away)).T)
+    widest = np.fmax.reduce(_changes(radius), axis=1, initial=0.0)
+    some = by_rows(inside[::SOME])
+    floor = np.minimum(SKIN, SMALL * median(np.sqrt(np.einsum("mif,mif->mf", some, some))))
+    if not (widest > ABRUPT * floor).any():
         return None
-    radius = np.linalg.norm(y - robust_centre(y)[:, None], axis=1)
+    # Steps of skin do not pull a centre; where there are larger ones it is judged from a firmer place.
+    if not (widest > SKIN).any() and not any(excursions(radius, median(radius), floor)):
+        return None
+    away = inside - robust_centre(by_rows(inside))
+    radius = np.ascontiguousarray(np.sqrt(np.einsum("fmi,fmi->fm", away, away)).T)
     left = np.zeros(radius.shape, dtype=np.bool_)
     for m, found in excursions(radius, median(radius), floor):
         piece, before, after = found.edges()

@@ -514,7 +514,8 @@ class TestReal:
     )
     def test_skin_is_not_flagged_wholesale(self, shared_clips, path, name):
         fit = fit_clip(read_clip(shared_clips / path), name)
-        samples = fit.skeleton.joints and len(fit.frame_numbers) * 20
+        # Each of them has more than twenty markers in sight.
+        samples = 20 * len(fit.frame_numbers)
         assert sum(len(one.frames) for one in fit.left_out) < 0.001 * samples
 
     def test_two_wrist_markers_that_become_one(self, shared_clips):
