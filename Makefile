@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint types bench golden samples clean
+.PHONY: help demo test fuzz lint types bench golden samples clean
 
 help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
@@ -23,6 +23,10 @@ demo: $(STAMP) ## Fit the bundled range-of-motion clip and print its joint table
 
 test: lint types $(STAMP) ## Lint, types and all tests
 	$(BIN)/python -m pytest -q
+
+N ?= 10000
+fuzz: $(STAMP) ## Try N damaged files (make fuzz N=10000), seeds from FIRST on
+	MOCAP_SKEL_FUZZ=$(N) MOCAP_SKEL_FUZZ_FIRST=$(or $(FIRST),0) $(BIN)/python -m pytest -q tests/test_fuzz.py
 
 lint: $(STAMP) ## ruff: rules and format
 	$(BIN)/ruff check .

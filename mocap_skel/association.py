@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from glob import escape
 from pathlib import Path
 
 from mocap_skel.clip import Clip
@@ -87,15 +88,16 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
 
     Args:
         source: path or bare name.
-        skeleton: a figure to use in place of the file's ``@skeleton`` or the standard human.
+        skeleton: a figure to use in place of the file's ``@skeleton`` or the standard human. Of the
+            file's own figure it may be a part: markers that it does not have are then ignored.
 
     Raises:
         AssociationError: no such file, or a line that is wrong; names file, line and column.
         SkeletonError: the skeleton file is wrong.
     """
-    path = _find(source)
+    path = find_association(source)
     lines = read_text(path, AssociationError).splitlines()
-    figure: str | Path | None = skeleton
+    own: str | Path = STANDARD
     rules: list[tuple[int, list[tuple[str, int]]]] = []
     ignored: list[str] = []
     named: int | None = None
@@ -109,22 +111,58 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
                 raise AssociationError(
                     f"{path}:{number}:{words[0][1]}: only '@skeleton NAME' is known, not {line.strip()!r}"
                 )
-            if skeleton is None:
-                figure, named = _beside(path, words[1][0]), number
+            own, named = _beside(path, words[1][0]), number
         elif first == "ignore" and len(words) == 2:
             ignored.append(words[1][0])
         else:
             rules.append((number, words))
     try:
-        read = read_skeleton(figure or STANDARD)
+        read = read_skeleton(skeleton or own)
     except SkeletonError as error:
-        if named is None:
+        if named is None or skeleton is not None:
             raise
         raise SkeletonError(f"{path}:{named}: {error.message}", error.hint) from error
+    if skeleton is not None:
+        part, rest = _of_the_figure(rules, read, own)
+        if rules and not part:
+            raise AssociationError(
+                f"{path}: none of its markers is one of the skeleton {read.name!r}",
+                f"its markers: {listed(read.segment_of, 12)}",
+            )
+        rules, ignored = part, ignored + rest
     return Association(str(path), read, tuple(_rules(rules, read, path)), tuple(ignored))
 
 
-def _find(source: str | Path) -> Path:
+def _of_the_figure(
+    rules: list[tuple[int, list[tuple[str, int]]]], figure: Skeleton, own: str | Path
+) -> tuple[list[tuple[int, list[tuple[str, int]]]], list[str]]:
+    """The lines that a figure has a use for, and the labels of those that are of the file's own only."""
+    try:
+        whole = read_skeleton(own)
+    except SkeletonError:
+        return rules, []
+    names = [{s.name for s in each.segments} for each in (figure, whole)]
+    markers = [each.segment_of for each in (figure, whole)]
+    part, rest = [], []
+    for number, words in rules:
+        texts = [word for word, _ in words]
+        here, there = (
+            texts[2] in names[i] if len(texts) == 3 else len(texts) == 2 and texts[1] in markers[i]
+            for i in (0, 1)
+        )
+        if there and not here:
+            rest.append(escape(texts[0]))
+        else:
+            part.append((number, words))
+    return part, rest
+
+
+def find_association(source: str | Path) -> Path:
+    """The file of a path or of a shipped one's bare name.
+
+    Raises:
+        AssociationError: there is none.
+    """
     path = Path(source)
     if path.is_file():
         return path
@@ -228,6 +266,11 @@ def associate(
         ClipError: no label of the clip is in the file.
     """
     check_subject(clip, subject)
+    if not association.rules:
+        raise ClipError(
+            f"{clip.name}: {association.path} has no marker to fit, only labels to ignore",
+            "its comment may say why",
+        )
     found = [
         _assign(clip, name, association) for name in clip.subject_names if subject in (None, name)
     ]
@@ -240,7 +283,7 @@ def associate(
         ]
         raise ClipError(
             f"{clip.name}: no label of the clip is in {association.path}; it has {listed(labels)}",
-            "mocap-skel inspect shows the labels; write an association file for them",
+            "mocap-skel inspect shows the labels; mocap-skel assoc guess writes a file for them",
         )
     return matched
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from mocap_skel.joint import BEST
 from mocap_skel.noise import NOISES
-from mocap_skel.spherefit import METHODS
+from mocap_skel.spherefit import METHODS, NOISELESS
 
 POSES = ("least-squares", "triad")
 # Only these take away any but the same noise in all directions and of all markers.
@@ -24,6 +24,8 @@ def check_method(method: str, noise: str, sigma: object) -> None:
     if noise not in NOISES:
         raise ValueError(f"noise must be one of {NOISES}, got {noise!r}")
     if noise != "rigid" and sigma is not None:
-        raise ValueError(f"the noise is given, so it is not to be estimated as {noise!r}")
+        raise ValueError(f"noise {noise!r} is estimated, and sigma gives it: leave one of them out")
+    if method in NOISELESS and sigma is not None:
+        raise ValueError(f"{method} takes no noise: leave sigma out")
     if method not in SHAPED and (noise != "rigid" or isinstance(sigma, np.ndarray | tuple)):
         raise ValueError(f"{method} takes no noise matrix and no noise of each marker")

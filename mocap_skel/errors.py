@@ -40,5 +40,17 @@ class FitError(MocapSkelError):
     """A clip to which no skeleton can be fitted."""
 
 
+class RootError(FitError):
+    """The root of the figure is not seen.
+
+    Attributes:
+        seen: the segments that are, and that could be a root.
+    """
+
+    def __init__(self, message: str, hint: str | None = None, seen: tuple[str, ...] = ()) -> None:
+        super().__init__(message, hint)
+        self.seen = seen
+
+
 class ExportError(MocapSkelError):
     """A fit that the chosen format cannot hold."""

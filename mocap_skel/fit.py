@@ -12,7 +12,7 @@ from mocap_skel.association import Assignment
 from mocap_skel.cases import beside, filled, filled_by_hinge, middle
 from mocap_skel.choices import POSES, check_method
 from mocap_skel.clip import Clip
-from mocap_skel.errors import FitError
+from mocap_skel.errors import FitError, RootError
 from mocap_skel.joint import BEST, LEAST_SAMPLES, CentreFit, Frame, JointFit, fit_centre, unfitted
 from mocap_skel.left_out import LeftOut, left_out, notes
 from mocap_skel.noise import clip_noise
@@ -124,8 +124,8 @@ def fit_skeleton(
 
     Raises:
         ValueError: no such pose, method or noise, or two that do not go together.
-        FitError: the root segment has no three markers that are seen together off a line, or no
-            joint can be fitted.
+        RootError: the root segment has no three markers that are seen together off a line.
+        FitError: no joint can be fitted.
     """
     if pose not in POSES:
         raise ValueError(f"pose must be one of {POSES}, got {pose!r}")
@@ -259,10 +259,11 @@ class _Walk:
     def _root(self, segment: Segment) -> None:
         if segment.name not in self.shapes:
             markers = self.markers.get(segment.name, {})
-            raise FitError(
+            raise RootError(
                 f"{self.clip.name}: the root segment {segment.name} needs three markers that are seen "
                 f"together off a line; the clip has {listed(markers) or 'none'}",
                 f"its markers: {listed(segment.markers, 12)}",
+                tuple(s.name for s in self.skeleton.segments if s.name in self.shapes),
             )
         shape = self.shapes[segment.name][0]
         self._add(segment, self._markers_pose(segment.name), Frame(shape), shape, None)

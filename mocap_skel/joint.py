@@ -9,6 +9,7 @@ import numpy as np
 from mocap_skel.pose import Array
 from mocap_skel.shape import Shape
 from mocap_skel.spherefit import (
+    NOISELESS,
     Moments,
     SphereFit,
     allowed_sigma,
@@ -16,7 +17,6 @@ from mocap_skel.spherefit import (
     coverage_angle,
     effective_counts,
     fit_sphere,
-    isotropic,
     marker_noise,
     radial_variance,
     sphere_moments,
@@ -31,6 +31,8 @@ SAFE_ERROR = 0.01
 SAFE_RESIDUAL = 0.01
 # Metres: skin on a person who stands still moves that much, however smooth the clip.
 LEAST_SPREAD = 0.003
+# A marker keeps this share at least of what its residual shows, whatever the frame's noise explains.
+LEAST_SHARE = 0.1
 # The method that suits a joint: UGDK, MGDK or SGDK, and no sphere that the data do not show.
 BEST = "best"
 VERDICTS = ("no", "weak", "yes")
@@ -183,12 +185,18 @@ def fit_centre(
     eye = np.broadcast_to(np.eye(3), (inside.shape[1], 3, 3))
     lever = _Lever.of(frame, noise)
     leverage = np.zeros_like(eye) if lever is None else lever.covariance(moments)
+    own = eye if noise is None else np.broadcast_to(noise, eye.shape)
+    weights = np.ones(len(eye))
     if each:
-        fit = _weighted_fit(inside, moments, method)
-    else:
-        fit = _fit(
-            inside, moments, method, sigma, (eye if noise is None else noise) + leverage, lever
-        )
+        shown_by = marker_noise(moments)
+        weights = shown_by.weights
+        # A marker's residual holds the frame's noise as well, which has a shape of its own.
+        frames = sigma**2 * np.trace(leverage, axis1=1, axis2=2) / 3
+        rest = np.maximum(shown_by.sigma**2 - frames, (LEAST_SHARE * shown_by.sigma) ** 2)
+        own = rest[:, None, None] / max(sigma**2, np.finfo(float).tiny) * eye
+    fit = _fit(inside, moments, method, sigma, own + leverage, weights if each else None, lever)
+    if each:
+        fit = replace(fit, sigma=fit.sigma * np.sqrt(np.trace(own, axis1=1, axis2=2).mean() / 3))
     away = np.linalg.norm(inside - fit.centre, axis=-1)
     seen = np.isfinite(away)
     counts = seen.sum(axis=0)
@@ -198,11 +206,13 @@ def fit_centre(
     # Skin movement is not independent of the joint's, so it is nothing to take away; but spread that
     # it alone would make, with the segments' rigid residuals as its size, proves nothing.
     skin = frame.shape.sigma if frame.shape else own_sigma
-    still = own_sigma**2 * eye + skin**2 * leverage
+    still = own_sigma**2 * (eye if noise is None else noise) + skin**2 * leverage
     weakest = float(np.sqrt(max(float(fit.spread.min()), 0.0)))
     rank = int(fit.rank)
     shown = _shown(rank, weakest, residual, _spread_over_noise(moments, still))
-    covariance = _covariance(moments, fit, effective, sigma, still, shown[0] == "yes")
+    if method == "mle":
+        weights = 1.0 / np.maximum(fit.radius**2, np.finfo(float).tiny)
+    covariance = _covariance(moments, fit, weights, effective, sigma, still, shown[0] == "yes")
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     determined, reason = min(
         ("yes", "") if fit.converged else ("no", f"{method.upper()} did not converge"),
@@ -237,11 +247,17 @@ def _name(method: str, rank: int, markers: int) -> str:
 
 
 def _fit(
-    inside: Array, moments: Moments, method: str, sigma: float, noise: Array, lever: _Lever | None
+    inside: Array,
+    moments: Moments,
+    method: str,
+    sigma: float,
+    noise: Array,
+    weights: Array | None,
+    lever: _Lever | None,
 ) -> SphereFit:
     """The sphere fit with the clip's noise, (M, 3, 3) for a sigma of 1, taken away by what can take it."""
     points = np.swapaxes(inside, 0, 1)
-    if method in ("gdke", "lls", "mle", "pratt"):
+    if method in NOISELESS:
         return fit_sphere(points, method, moments=moments)
     # Each joint uses the clip's measured noise, but never more than its own points' residual shows:
     # one level for all that is taken away.
@@ -250,19 +266,9 @@ def _fit(
         return fit_sphere(points, method, sigma=level, moments=moments)
     skew = 0.0 if lever is None else level**2 * lever.third_moment(moments, inside)
     return fit_sphere(
-        points, "sgdk" if method == BEST else method, sigma=level, noise=noise,
+        points, "sgdk" if method == BEST else method, sigma=level, noise=noise, weights=weights,
         moments=replace(moments, third=moments.third - skew),
     )  # fmt: skip
-
-
-def _weighted_fit(inside: Array, moments: Moments, method: str) -> SphereFit:
-    """The sphere fit with each marker's own noise, by the fixed point, and the weight that it deserves."""
-    found = marker_noise(moments)
-    fit = fit_sphere(
-        np.swapaxes(inside, 0, 1), "sgdk" if method == BEST else method, sigma=1.0,
-        noise=isotropic(found.sigma, 3), weights=found.weights, moments=moments,
-    )  # fmt: skip
-    return replace(fit, sigma=fit.sigma * _root_mean_square(found.sigma))
 
 
 def _square_axis(moments: Moments, fit: SphereFit) -> Array:
@@ -365,12 +371,13 @@ def _spread_over_noise(moments: Moments, noise: Array) -> float:
 def _covariance(
     moments: Moments,
     fit: SphereFit,
+    weights: Array,
     effective: Array,
     sigma: float,
     frame_noise: Array,
     shown: bool,
 ) -> Array:
-    """Covariance of the centre: the data-based bound, from what the motion alone has spread."""
+    """Covariance of the centre, from what the motion alone has spread and how markers were weighed."""
     values, vectors = np.linalg.eigh(moments.covariance - frame_noise)
     moved = np.einsum("pdk,pk,pek->pde", vectors, np.maximum(values, 0.0), vectors)
     # What was not solved is not known, whatever the noise spreads there.
@@ -381,7 +388,9 @@ def _covariance(
     reach = _root_mean_square(np.linalg.norm(moments.mean, axis=1))
     radius = fit.radius if shown else np.maximum(fit.radius, reach)
     residual = np.maximum(radial_variance(moments, fit), sigma**2)
-    return centre_covariance(moved, effective, radius, residual, reach)
+    return centre_covariance(
+        moved, effective, radius, residual, reach, weights * np.maximum(moments.count - 1.0, 0.0)
+    )
 
 
 def _shown(rank: int, weakest: float, residual: float, over_noise: float) -> tuple[str, str]:

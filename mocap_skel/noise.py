@@ -62,8 +62,19 @@ def clip_noise(
         shapes: segment → its rigid shape and pose, for those that have one.
         sigma: standard deviation in metres, or covariance (3, 3), m²; estimated if None.
         how: one of `NOISES`.
+
+    Raises:
+        ValueError: a covariance that is none.
     """
     if isinstance(sigma, np.ndarray):
+        if (
+            sigma.shape != (3, 3)
+            or not np.allclose(sigma, sigma.T)
+            or np.linalg.eigvalsh(sigma)[0] < 0
+        ):
+            raise ValueError(
+                f"a noise covariance is a symmetric (3, 3) matrix, got {sigma.tolist()}"
+            )
         return ClipNoise(float(np.sqrt(np.trace(sigma) / 3)), sigma)
     if sigma is not None:
         return ClipNoise(sigma)
@@ -95,7 +106,7 @@ def rigid_noise_matrix(points: Array, shape: Shape, pose: Pose) -> Array | None:
     A pose takes what it can of the noise n: the residuals are e_m = Σ_k P_mk n_k with a matrix P that
     the template gives. So the residuals' second moments are linear in Σ, S = Q Σ as vectors of nine,
     Q = Σ_mk P_mk ⊗ P_mk, turned with the segment in every frame; six unknowns are solved from the mean
-    over frames. A segment that turns shows them all; what it does not show stays isotropic.
+    over frames. What they do not show, as that across four markers in a plane, stays isotropic.
 
     Args:
         points: (frames, M, 3), metres, NaN = missing.

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 from mocap_skel.errors import SkeletonError
-from mocap_skel.text import nearest, read_text
+from mocap_skel.text import listed, nearest, read_text
+from mocap_skel.toml_places import Places
 
 SHIPPED = Path(__file__).parent / "skeletons"
 STANDARD = "human"
@@ -83,88 +85,132 @@ def read_skeleton(source: str | Path) -> Skeleton:
         SkeletonError: no such file, not TOML, or a tree that does not hold together.
     """
     path = Path(source)
-    if not path.exists() and (SHIPPED / f"{source}.toml").exists():
+    if not path.is_file() and (SHIPPED / f"{source}.toml").exists():
         path = SHIPPED / f"{source}.toml"
     if not path.exists():
-        known = ", ".join(sorted(p.stem for p in SHIPPED.glob("*.toml")))
-        raise SkeletonError(f"{source}: no such skeleton file", f"shipped ones: {known}")
+        known = sorted(p.stem for p in SHIPPED.glob("*.toml"))
+        hint = nearest(str(source), known, 0.6)
+        raise SkeletonError(
+            f"{source}: no such skeleton file", hint or f"shipped ones: {', '.join(known)}"
+        )
+    text = read_text(path, SkeletonError)
     try:
-        data = tomllib.loads(read_text(path, SkeletonError))
+        data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SkeletonError(f"{path}: {error}") from error
-    return _build(data, str(path))
+        raise SkeletonError(_toml_problem(path, text, str(error))) from error
+    return _build(data, Places(path, text))
 
 
-def _build(data: dict[str, Any], where: str) -> Skeleton:
-    _keys(data, {"name", "segment"}, where)
+def shipped_with_root(seen: Collection[str]) -> list[str]:
+    """Names of the shipped figures that start at one of these segments and have the most of them."""
+    figures = [read_skeleton(path) for path in sorted(SHIPPED.glob("*.toml"))]
+    counts = {
+        f.name: sum(s.name in seen for s in f.segments) for f in figures if f.root.name in seen
+    }
+    return [name for name, count in counts.items() if count == max(counts.values())]
+
+
+def _toml_problem(path: Path, text: str, problem: str) -> str:
+    """What tomllib says, its place put in front as everywhere."""
+    found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", problem, re.S)
+    if found:
+        return f"{path}:{found[2]}:{found[3]}: {found[1]}"
+    return f"{path}:{text.count(chr(10)) + 1}:1: {problem.removesuffix(' (at end of document)')}"
+
+
+def _build(data: dict[str, Any], places: Places) -> Skeleton:
+    _keys(data, {"name", "segment"}, places, None)
     entries = data.get("segment")
     if not isinstance(entries, list) or not entries:
-        raise SkeletonError(f"{where}: no [[segment]] in it")
-    segments = [_segment(entry, f"{where}: segment {i}") for i, entry in enumerate(entries, 1)]
-    _check_tree(segments, where)
-    name = data.get("name", Path(where).stem)
-    return Skeleton(_is(name, str, f"{where}: name", "a text"), tuple(_in_order(segments, where)))
+        raise SkeletonError(f"{places.of(None)}: no [[segment]] in it")
+    segments = [_segment(entry, places, i) for i, entry in enumerate(entries)]
+    _check_tree(segments, places)
+    name = _is(data.get("name", places.path.stem), str, places.of(None, "name"), "name: a text")
+    return Skeleton(name, tuple(_in_order(segments, places)))
 
 
-def _segment(entry: Any, where: str) -> Segment:
-    entry = _is(entry, dict, where, "a table")
-    name = _is(entry.get("name"), str, f"{where}: name", "a text")
-    where = f"{where} ({name})"
-    _keys(entry, {"name", "parent", "joint", "markers", "ends", "prior"}, where)
+def _segment(entry: Any, places: Places, i: int) -> Segment:
+    here = places.of(i)
+    entry = _is(entry, dict, here, "segment: a table")
+    if "name" not in entry:
+        raise SkeletonError(f"{here}: a segment without a name")
+    name = _is(entry["name"], str, places.of(i, "name"), "name: a text")
+    if not name:
+        raise SkeletonError(f"{places.of(i, 'name')}: a segment without a name")
+    _keys(entry, {"name", "parent", "joint", "markers", "ends", "prior"}, places, i)
     parent, joint = entry.get("parent"), entry.get("joint")
     if (parent is None) != (joint is None):
-        raise SkeletonError(f"{where}: 'parent' and 'joint' belong together; the root has neither")
-    markers = _names(entry.get("markers", []), f"{where}: markers")
-    ends = _names(entry.get("ends", []), f"{where}: ends")
+        raise SkeletonError(
+            f"{places.of(i, 'joint' if parent is None else 'parent')}: segment {name!r}: "
+            "'parent' and 'joint' belong together; the root has neither"
+        )
+    markers = _names(entry.get("markers", []), places, i, "markers")
+    ends = _names(entry.get("ends", []), places, i, "ends")
     for end in ends:
         if end not in markers:
-            raise SkeletonError(f"{where}: end {end!r} is not one of its markers")
+            raise SkeletonError(
+                f"{places.of(i, 'ends', end)}: end {end!r} of {name!r} is not one of its markers",
+                nearest(end, markers),
+            )
     if parent is not None:
-        _is(parent, str, f"{where}: parent", "a text")
-        _is(joint, str, f"{where}: joint", "a text")
+        _is(parent, str, places.of(i, "parent"), "parent: a text")
+        if not _is(joint, str, places.of(i, "joint"), "joint: a text"):
+            raise SkeletonError(f"{places.of(i, 'joint')}: a joint without a name")
     prior = entry.get("prior")
     return Segment(
-        name, parent, joint, markers, ends, None if prior is None else _prior(prior, where)
+        name, parent, joint, markers, ends, None if prior is None else _prior(prior, places, i)
     )
 
 
-def _prior(entry: Any, where: str) -> Prior:
-    where = f"{where}: prior"
-    entry = _is(entry, dict, where, "a table")
-    _keys(entry, {"mean", "sd", "source"}, where)
+def _prior(entry: Any, places: Places, i: int) -> Prior:
+    entry = _is(entry, dict, places.of(i, "prior"), "prior: a table")
+    _keys(entry, {"mean", "sd", "source"}, places, i, "prior.")
     sd = entry.get("sd")
     if isinstance(sd, bool) or not isinstance(sd, int | float) or not sd > 0:
-        raise SkeletonError(f"{where}: sd is a length in metres above 0, not {sd!r}")
-    source = _is(entry.get("source", ""), str, f"{where}: source", "a text")
-    return Prior(_names(entry.get("mean", []), f"{where}: mean"), float(sd), source)
+        raise SkeletonError(
+            f"{places.of(i, 'prior.sd')}: sd is a length in metres above 0, not {sd!r}"
+        )
+    source = _is(entry.get("source", ""), str, places.of(i, "prior.source"), "source: a text")
+    return Prior(_names(entry.get("mean", []), places, i, "prior.mean"), float(sd), source)
 
 
-def _check_tree(segments: list[Segment], where: str) -> None:
+def _check_tree(segments: list[Segment], places: Places) -> None:
     names = [s.name for s in segments]
-    for kind, values in (
-        ("segment", names),
-        ("joint", [s.joint for s in segments if s.joint]),
-        ("marker", [m for s in segments for m in s.markers]),
+    for kind, key, values in (
+        ("segment", "name", [(i, s.name) for i, s in enumerate(segments)]),
+        ("joint", "joint", [(i, s.joint) for i, s in enumerate(segments) if s.joint]),
+        ("marker", "markers", [(i, m) for i, s in enumerate(segments) for m in s.markers]),
     ):
-        for value, count in Counter(values).items():
+        counts = Counter(value for _, value in values)
+        last = {value: i for i, value in values}
+        for value, count in counts.items():
             if count > 1:
+                where = places.of(last[value], key, value)
                 raise SkeletonError(f"{where}: {kind} {value!r} stands in it {count} times")
-    roots = [s.name for s in segments if s.parent is None]
+    roots = [i for i, s in enumerate(segments) if s.parent is None]
     if len(roots) != 1:
-        raise SkeletonError(f"{where}: exactly one root (no parent) is needed, found {roots}")
-    for s in segments:
+        found = listed(names[i] for i in roots) or "none"
+        raise SkeletonError(
+            f"{places.of(roots[1] if roots else 0)}: exactly one root (a segment without parent and "
+            f"joint) is needed, found {found}"
+        )
+    for i, s in enumerate(segments):
         if s.parent is not None and s.parent not in names:
             raise SkeletonError(
-                f"{where}: segment {s.name!r} hangs from unknown {s.parent!r}",
-                nearest(s.parent, names),
+                f"{places.of(i, 'parent', s.parent)}: segment {s.name!r} hangs from unknown "
+                f"{s.parent!r}",
+                nearest(s.parent, names) or f"its segments: {listed(names)}",
             )
     # Both stand side by side as column names of skeleton.csv.
-    shared = sorted(set(names) & {s.joint for s in segments if s.joint})
-    if shared:
-        raise SkeletonError(f"{where}: {shared[0]!r} names a segment and a joint; use two names")
+    for i, s in enumerate(segments):
+        if s.joint in names:
+            raise SkeletonError(
+                f"{places.of(i, 'joint', s.joint)}: {s.joint!r} names a segment and a joint; "
+                "use two names"
+            )
 
 
-def _in_order(segments: list[Segment], where: str) -> list[Segment]:
+def _in_order(segments: list[Segment], places: Places) -> list[Segment]:
     """Parents before children, otherwise as written."""
     placed: list[Segment] = []
     waiting = list(segments)
@@ -173,6 +219,7 @@ def _in_order(segments: list[Segment], where: str) -> list[Segment]:
         ready = [s for s in waiting if s.parent is None or s.parent in done]
         if not ready:
             loop = ", ".join(s.name for s in waiting)
+            where = places.of(segments.index(waiting[0]), "parent")
             raise SkeletonError(f"{where}: these segments hang in a circle: {loop}")
         # One at a time keeps a branch together, as the file has it.
         placed.append(ready[0])
@@ -180,9 +227,12 @@ def _in_order(segments: list[Segment], where: str) -> list[Segment]:
     return placed
 
 
-def _names(value: Any, where: str) -> tuple[str, ...]:
+def _names(value: Any, places: Places, i: int, key: str) -> tuple[str, ...]:
     if not isinstance(value, list) or not all(isinstance(v, str) and v for v in value):
-        raise SkeletonError(f"{where}: a list of names is needed, not {value!r}")
+        what = key.rpartition(".")[2]
+        raise SkeletonError(
+            f"{places.of(i, key)}: {what}: a list of names is needed, not {value!r}"
+        )
     return tuple(value)
 
 
@@ -192,7 +242,12 @@ def _is(value: Any, kind: type[T], where: str, what: str) -> T:
     return value
 
 
-def _keys(entry: dict[str, Any], known: set[str], where: str) -> None:
+def _keys(
+    entry: dict[str, Any], known: set[str], places: Places, i: int | None, inside: str = ""
+) -> None:
     for key in entry:
         if key not in known:
-            raise SkeletonError(f"{where}: unknown key {key!r}", nearest(key, sorted(known)))
+            raise SkeletonError(
+                f"{places.of(i, inside + key)}: unknown key {key!r}",
+                nearest(key, sorted(known)) or f"known: {', '.join(sorted(known))}",
+            )

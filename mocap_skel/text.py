@@ -32,9 +32,9 @@ def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | Non
     return f"did you mean {' or '.join(found)}?" if found else None
 
 
-def counted(count: int, noun: str) -> str:
-    """A number with its noun: 1 label, 2 labels."""
-    return f"{count} {noun}{'' if count == 1 else 's'}"
+def counted(count: int, noun: str, several: str = "") -> str:
+    """A number with its noun: 1 label, 2 labels; `several` where its plural is no s more."""
+    return f"{count} {noun if count == 1 else several or f'{noun}s'}"
 
 
 def listed(names: Iterable[str], most: int = 8) -> str:

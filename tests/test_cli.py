@@ -128,7 +128,7 @@ def test_nothing_fitted_is_3_and_leaves_nothing_behind(tmp_path):
     ("arguments", "what"),
     [
         (["fit"], "Missing argument"),
-        (["fit", ROM], "--assoc is missing"),
+        (["fit", ROM, "--skeleton", "human"], "--assoc is missing"),
         (["fit", ROM, "--assoc", "cmuu"], "did you mean cmu?"),
         (["fit", ROM, "--assoc", "map.txt"], "map.txt:1:6: 'LFTW' is no marker"),
         (["fit", ROM, "--assoc", "cmu", "--skeleton", "nix"], "nix: no such skeleton file"),
@@ -137,6 +137,9 @@ def test_nothing_fitted_is_3_and_leaves_nothing_behind(tmp_path):
         (["fit", ROM, "--assoc", "cmu", "--format", "fbx"], "'fbx' is not one of"),
         (["fit", ROM, ROM, "--assoc", "cmu"], "would write the same files"),
         (["fti"], "No such command"),
+        (["study", "sped"], "No such command"),
+        (["study", "speed", "-o", "-"], "give a folder"),
+        (["methods", "--seed", "-1"], "is not in the range"),
         (["inspect", ROM, "--assoc", "cmu", "--rate", "0"], "a frame rate is a number from 0.01"),
     ],
 )
@@ -326,7 +329,13 @@ def test_inspect_refuses_an_unknown_subject(tmp_path):
     assert "did you mean Ben?" in done.stderr
 
 
-@pytest.mark.parametrize("command", [[], ["fit"], ["inspect"]])
+@pytest.mark.parametrize(
+    "command",
+    [
+        [], ["fit"], ["inspect"], ["methods"], ["study"], ["study", "resample"], ["study", "speed"],
+        ["study", "accuracy"],
+    ],
+)  # fmt: skip
 def test_help_has_an_example_and_loads_no_numpy(tmp_path, command):
     done = run(*command, "--help", cwd=tmp_path)
     assert done.returncode == 0
@@ -381,10 +390,15 @@ def test_the_choices_of_the_options_are_those_of_the_library():
     from mocap_skel.cli.fit import FORMATS, command
     from mocap_skel.export import WRITERS
     from mocap_skel.fit import POSES
+    from mocap_skel.joint import BEST
+    from mocap_skel.noise import NOISES
+    from mocap_skel.spherefit import METHODS
 
-    (pose,) = (option for option in command.params if option.name == "pose")
+    choices = {o.name: tuple(getattr(o.type, "choices", ())) for o in command.params}
     assert tuple(WRITERS) == FORMATS
-    assert tuple(pose.type.choices) == POSES
+    assert choices["pose"] == POSES
+    assert choices["method"] == (BEST, *METHODS)
+    assert choices["noise"] == NOISES
 
 
 def test_every_command_is_in_the_readme_and_has_help(tmp_path):

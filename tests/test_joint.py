@@ -440,3 +440,31 @@ def test_an_unfitted_joint_is_all_nan_and_says_why():
 
 def test_the_safe_error_is_that_of_the_documents():
     assert SAFE_ERROR == 0.01
+
+
+class TestMarkersOfDifferentNoise:
+    """Radii of 20 and 40 cm, a cap of 60°; the fit weighs them alike unless it is told not to."""
+
+    @pytest.mark.parametrize("each", [False, True])
+    def test_the_standard_error_is_that_of_the_fit_that_was_made(self, each):
+        quiet, loud, trials = 0.001, 0.005, 200
+        rng = np.random.default_rng(77)
+        centres, errors = [], []
+        for _ in range(trials):
+            points = np.concatenate(
+                [
+                    on_sphere(np.pi / 3, 500, rng, quiet),
+                    2 * on_sphere(np.pi / 3, 500, rng, loud / 2) - CENTRE,
+                ],
+                axis=1,
+            )
+            found = fit_centre(points, quiet, quiet, Frame(None), each=each)
+            centres.append(found.centre)
+            errors.append(found.covariance)
+        seen = np.cov(np.array(centres).T)
+        told = np.mean(errors, axis=0)
+        worst = np.linalg.eigh(seen)[1][:, -1]
+        # A variance from T trials is known to √(2 / T) of itself; four of that.
+        assert worst @ seen @ worst == pytest.approx(
+            worst @ told @ worst, rel=4 * np.sqrt(2 / trials)
+        )

@@ -7,8 +7,9 @@ Example:
     >>> clip.points.shape, clip.truth["LeftKnee"].shape
     ((2000, 41, 3), (2000, 3))
 
-`write_c3d` and `write_truth` put it on disk, as does ``python -m mocap_skel.artificial``. Any other
-figure is a `Figure` of `Segment`s with a dict of markers, moved by `circumduct` or a `Motion`.
+`write_c3d` and `write_truth` put it on disk, as does ``python -m mocap_skel.artificial``. Any skeleton
+file becomes a figure by `figure_of`, `markers_of` and `ranges_of`; any other is a `Figure` of `Segment`s
+with a dict of markers, moved by `circumduct` or a `Motion`.
 """
 
 from mocap_skel.artificial.faults import Faults, Swap
@@ -23,6 +24,7 @@ from mocap_skel.artificial.motion import (
     still,
     walk,
 )
+from mocap_skel.artificial.others import figure_of, markers_of, ranges_of
 from mocap_skel.artificial.recording import Recording, merge, record
 from mocap_skel.artificial.rotations import swing_twist
 from mocap_skel.artificial.write import UNITS, write_c3d, write_truth
@@ -44,10 +46,13 @@ __all__ = [
     "Vector",
     "circumduct",
     "dance",
+    "figure_of",
     "human",
     "marker_set",
+    "markers_of",
     "merge",
     "range_of_motion",
+    "ranges_of",
     "record",
     "still",
     "swing_twist",

@@ -9,11 +9,14 @@ import sys
 from pathlib import Path
 
 from mocap_skel.artificial.faults import Faults
-from mocap_skel.artificial.figure import STATURE, Motion, human
-from mocap_skel.artificial.markers import LABELS, marker_set
-from mocap_skel.artificial.motion import dance, range_of_motion, still, walk
+from mocap_skel.artificial.figure import STATURE, Figure, Motion, human
+from mocap_skel.artificial.markers import LABELS, MarkerSet, marker_set
+from mocap_skel.artificial.motion import circumduct, dance, range_of_motion, still, walk
+from mocap_skel.artificial.others import figure_of, markers_of, ranges_of
 from mocap_skel.artificial.recording import Recording, merge, record
 from mocap_skel.artificial.write import UNITS, write_c3d, write_truth
+from mocap_skel.errors import MocapSkelError
+from mocap_skel.skeleton import STANDARD, read_skeleton
 
 MOTIONS = ("rom", "dance", "walk", "still")
 SPACING = 2.0
@@ -42,8 +45,13 @@ def parser() -> argparse.ArgumentParser:
         prog="python -m mocap_skel.artificial",
         description="Make an artificial motion-capture clip and the true paths of its joints: "
         "OUT.c3d and OUT.truth.csv (OUT.Anna.truth.csv, … with --subjects).",
+        epilog="Example: python -m mocap_skel.artificial dog.c3d --figure quadruped --sigma 1mm",
     )
     make.add_argument("out", type=Path, metavar="OUT.c3d")
+    make.add_argument(
+        "--figure", default=STANDARD, metavar="NAME",
+        help="any skeleton by name or file: all its markers, motion rom (default: human)",
+    )  # fmt: skip
     make.add_argument("--motion", choices=MOTIONS, default="rom", help="(default: rom)")
     make.add_argument("--set", choices=LABELS, default="cmu", help="markers (default: cmu)")
     make.add_argument("--seconds", type=float, default=20.0, help="(default: 20)")
@@ -74,6 +82,21 @@ def _motion(args: argparse.Namespace, seed: int) -> Motion:
     return make(args.seconds, args.rate, seed, args.stature)
 
 
+def _other(args: argparse.Namespace, seed: int) -> tuple[Figure, MarkerSet, Motion]:
+    """The figure of a skeleton file, every joint through its range."""
+    for name, usual in (("motion", "rom"), ("set", "cmu"), ("stature", STATURE)):
+        if getattr(args, name) != usual:
+            raise ValueError(f"--{name} is for the human only, not for --figure {args.figure}")
+    skeleton = read_skeleton(args.figure)
+    figure = figure_of(skeleton)
+    motion = circumduct(ranges_of(skeleton), args.seconds, args.rate, seed)
+    return figure, markers_of(skeleton, figure), motion
+
+
+def _human(args: argparse.Namespace, seed: int) -> tuple[Figure, MarkerSet, Motion]:
+    return human(args.stature), marker_set(args.set, args.stature), _motion(args, seed)
+
+
 def _clip(args: argparse.Namespace) -> Recording:
     faults = Faults(
         sigma=args.sigma,
@@ -85,12 +108,10 @@ def _clip(args: argparse.Namespace) -> Recording:
         outliers=args.outliers,
         outlier_burst=args.outlier_burst,
     )
-    figure, markers = human(args.stature), marker_set(args.set, args.stature)
+    make = _human if args.figure == STANDARD else _other
     clips = [
         record(
-            figure,
-            markers,
-            _motion(args, args.seed + i),
+            *make(args, args.seed + i),
             faults,
             seed=args.seed + i,
             first_frame=args.first_frame,
@@ -124,6 +145,8 @@ def main(argv: list[str] | None = None) -> int:
             write_truth(clip, path, subject)
     except (ValueError, OSError) as problem:
         make.error(str(problem))
+    except MocapSkelError as problem:
+        make.error(f"{problem.message} ({problem.hint})" if problem.hint else problem.message)
     for action in vars(args):
         print(f"{action} = {getattr(args, action)}")
     print(f"frames = {len(clip.points)}", f"markers = {len(clip.labels)}", sep="\n")

@@ -55,6 +55,7 @@ _LEFT: dict[str, tuple[str, Vector]] = {
     "BWT": ("Hips", (-0.110, 0.062, 0.105)),
     "ASI": ("Hips", (0.072, 0.122, 0.086)),
     "PSI": ("Hips", (-0.110, 0.045, 0.092)),
+    "GTR": ("UpperLeftLeg", (-0.010, 0.075, 0.010)),
     "THI": ("UpperLeftLeg", (0.010, 0.092, -0.200)),
     "KNE": ("UpperLeftLeg", (0.002, 0.053, -0.424)),
     "SHN": ("LowerLeftLeg", (0.042, 0.034, -0.185)),
@@ -67,6 +68,12 @@ _LEFT: dict[str, tuple[str, Vector]] = {
 
 # Technicians put these at different heights on the two sides, to tell the sides apart.
 _RIGHT_LOWER = {"UPA": 0.035, "FRM": 0.015, "THI": 0.040, "SHN": 0.030, "TIB": 0.045}
+
+
+def place_of(label: str) -> tuple[str, Vector] | None:
+    """Segment and place of a human marker on a subject of STATURE; None if it is in no set."""
+    known = label in _SINGLE or (label[:1] in ("L", "R") and label[1:] in _LEFT)
+    return _site(label) if known else None
 
 
 def _site(label: str) -> tuple[str, Vector]:

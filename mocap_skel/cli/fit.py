@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,6 +45,7 @@ FORMATS = ("csv", "bvh")
 @click.option("--trim", is_flag=True, help="bvh: leave out incomplete frames at both ends.")
 @options.unit
 @options.rate
+@options.salvage
 @options.as_json
 @options.quiet
 def command(
@@ -62,6 +64,7 @@ def command(
     trim: bool,
     unit: str | None,
     rate: float | None,
+    salvage: bool,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -71,10 +74,14 @@ def command(
     joint with its evidence), bvh makes walk.bvh. The joint table goes to standard output. Column
     'known' tells whether the motion shows the joint: yes, weak or no.
 
+    Without --assoc, which label is which marker is guessed from names and motion, and said; where that
+    is not sure, nothing is fitted: mocap-skel assoc guess writes the file to correct.
+
     Exit codes: 0 all done, 1 some clips failed, 2 wrong call or association file, 3 nothing could
     be fitted, 130 interrupted.
     """
-    if association is None:
+    if association is None and skeleton is not None:
+        # Names are guessed for the standard human.
         raise options.missing_association()
     to_stdout = output == "-"
     if to_stdout and (len(clips) > 1 or len(set(formats)) > 1 or as_json):
@@ -83,12 +90,12 @@ def command(
         )
     _check_names(clips)
     from mocap_skel.association import read_association
-    from mocap_skel.batch import Job, process
+    from mocap_skel.batch import Isolated, Job, process
     from mocap_skel.export import Options
 
     options.check_estimation(method, noise, sigma)
     job = Job(
-        association=read_association(association, skeleton),
+        association=None if association is None else read_association(association, skeleton),
         formats=tuple(dict.fromkeys(formats)),
         folder=None if to_stdout else Path(output),
         overwrite=overwrite,
@@ -99,36 +106,39 @@ def command(
         noise=noise,
         unit=unit,
         rate=rate,
+        salvage=salvage,
         options=Options(up, trim),
     )
     debug = bool(click.get_current_context().find_root().obj)
     failures: list[MocapSkelError] = []
     written: set[Path] = set()
-    for clip in _progress(clips):
-        try:
-            done = process(clip, job, written)
-        except MocapSkelError as error:
-            failures.append(error)
-            complain(error)
-            continue
-        except Exception as error:  # one clip's trouble must not take the others with it
-            failures.append(bug(error, debug))
-            complain(failures[-1])
-            continue
-        failures += done.failed
-        for failure in done.failed:
-            complain(failure)
-        if not quiet:
-            for note in done.notes:
-                click.echo(f"mocap-skel: {clip}: {note}", err=True)
-        if to_stdout:
-            _send(clip, done)
-            return FAILED if failures else 0
-        written |= set(done.files)
-        if as_json:
-            _print_json(clip, done)
-        else:
-            _print_tables(clip, done)
+    # One clip may as well fail on its own.
+    with Isolated(clips, job) if len(clips) > 1 else nullcontext() as isolated:
+        for clip in _progress(clips):
+            try:
+                done = isolated.process(clip, written) if isolated else process(clip, job, written)
+            except MocapSkelError as error:
+                failures.append(error)
+                complain(error)
+                continue
+            except Exception as error:  # one clip's trouble must not take the others with it
+                failures.append(bug(error, debug))
+                complain(failures[-1])
+                continue
+            failures += done.failed
+            for failure in done.failed:
+                complain(failure)
+            if not quiet:
+                for note in done.notes:
+                    click.echo(f"mocap-skel: {clip}: {note}", err=True)
+            if to_stdout:
+                _send(clip, done)
+                return FAILED if failures else 0
+            written |= set(done.files)
+            if as_json:
+                _print_json(clip, done)
+            else:
+                _print_tables(clip, done)
     if not failures:
         return 0
     if written:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @options.subject
 @options.unit
 @options.rate
+@options.salvage
 @options.as_json
 def command(
     clip: Path,
@@ -30,6 +31,7 @@ def command(
     subject: str | None,
     unit: str | None,
     rate: float | None,
+    salvage: bool,
     as_json: bool,
 ) -> int:
     """Show what is in CLIP: subjects, labels, unit, rate, frames, how much of each marker is missing.
@@ -43,7 +45,7 @@ def command(
     from mocap_skel.report.terminal import clip_table
 
     known = None if association is None else read_association(association, skeleton)
-    read = read_clip(clip, unit=unit, rate=rate)
+    read = read_clip(clip, unit=unit, rate=rate, salvage=salvage)
     check_subject(read, subject)
     matched: tuple[Assignment, ...] = ()
     mismatches: list[str] = []

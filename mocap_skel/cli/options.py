@@ -51,11 +51,20 @@ class Lengths(Length):
         return metres if len(metres) == 3 else metres[0]
 
 
+class Folder(click.Path):
+    """A folder; a dash is none where there are several result files."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if str(value) == "-":
+            self.fail("there are several result files: give a folder, not -", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 def missing_association() -> CallError:
     """What to say where there is no association file."""
     return CallError(
         "which label is which marker? --assoc is missing",
-        "shipped: --assoc cmu, --assoc plug_in_gait; mocap-skel inspect shows a clip's labels",
+        "mocap-skel assoc list shows the shipped ones; mocap-skel assoc guess CLIP writes one",
     )
 
 
@@ -66,7 +75,10 @@ def check_estimation(method: str, noise: str, sigma: object) -> None:
         CallError: --method, --noise and --sigma contradict each other.
     """
     from mocap_skel.choices import check_method
+    from mocap_skel.extras import extra
 
+    if method == "mle":
+        extra("scipy.optimize", "mle")
     try:
         check_method(method, noise, sigma)
     except ValueError as error:
@@ -107,13 +119,16 @@ noise = click.option(
     help="How the noise is estimated: one level from the segments' rigidity, a whole matrix from "
     "the same, or a level for each marker from its own residuals.",
 )  # fmt: skip
+seed = click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is drawn."
+)
 output = click.option(
     "-o", "--output", default=".", metavar="DIR", show_default="current folder",
     help="Folder for the results; - sends one clip's first format to standard output.",
 )  # fmt: skip
 folder = click.option(
     "-o", "--output", "folder", default=".", metavar="DIR", show_default="current folder",
-    type=click.Path(path_type=Path), help="Folder for the results.",
+    type=Folder(path_type=Path), help="Folder for the results.",
 )  # fmt: skip
 overwrite = click.option("--overwrite", is_flag=True, help="Replace result files that exist.")
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON lines, not a table.")
@@ -122,5 +137,8 @@ unit = click.option(
 )
 rate = click.option(
     "--rate", type=float, metavar="HZ", help="Frames a second, whatever the file says."
+)
+salvage = click.option(
+    "--salvage", is_flag=True, help="Read the whole frames of a clip whose file is cut off."
 )
 quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,13 +31,6 @@ workers = click.option(
 )
 
 
-def seed(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The option that makes a study repeatable."""
-    return click.option(
-        "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is drawn."
-    )(function)
-
-
 @command.command(
     "resample",
     short_help="Refit a clip with frames left out at random (6.1).",
@@ -54,7 +47,7 @@ def seed(function: Callable[..., Any]) -> Callable[..., Any]:
     "--levels", type=click.IntRange(1, 100), default=100, show_default=True,
     help="Refits in a pass: without 0, 1, 2 ... percent of the frames.",
 )  # fmt: skip
-@seed
+@options.seed
 @options.sigma
 @options.pose
 @options.method
@@ -92,8 +85,8 @@ def resample(
 
     Writes, for walk.c3d: walk.resample.means.csv and .deviations.csv (the thesis's tables 2 and 3),
     .power_law.csv, .answers.csv (every refit's joints) and .figure24.png. Joints that have two distinct
-    answers are found and measured about each answer's own mean. A pass is kept when it is done: after
-    an interruption, the same call goes on from there.
+    answers are found and measured about each answer's own mean. A pass is kept when it is done, in a
+    hidden folder beside the results: after an interruption, the same call goes on from there.
     """
     from mocap_skel.association import read_association
     from mocap_skel.batch import Job
@@ -106,13 +99,15 @@ def resample(
         association=read_association(association, skeleton), subject=subject, sigma=sigma, pose=pose,
         method=method, noise=noise, unit=unit, rate=rate,
     )  # fmt: skip
-    where = _where(folder, overwrite, figures, quiet, "refits", workers)
+    where = _where(folder, overwrite, figures, quiet, "tens of refits", workers)
     found = run.resample(clip, job, run.Resampling(passes, levels, seed), where)
     tables = {
         "Means of the joints' constants, m (thesis table 2)": "means",
         "Their standard deviations, m (thesis table 3)": "deviations",
         "Deviation against the number of samples (thesis figure 24)": "power_law",
     }
+    for note in [] if quiet else found.notes:
+        click.echo(f"mocap-skel: {clip}: {note}", err=True)
     return _show(found, tables, as_json)
 
 
@@ -128,7 +123,7 @@ def resample(
     "--most-points", type=click.IntRange(100, 10_000_000), default=1_000_000, show_default=True,
     help="Of one set.",
 )  # fmt: skip
-@seed
+@options.seed
 @figures
 @options.folder
 @options.overwrite
@@ -147,8 +142,11 @@ def speed(
     """Time every estimator on point sets from the thesis's ranges (6.4).
 
     Writes speed.trials.csv, speed.ratios.csv (beside the thesis's ratios), speed.figure26.png and
-    speed.figure27.png.
+    speed.figure27.png. On one core.
     """
+    from mocap_skel.studies.parallel import use_one_core
+
+    use_one_core()
     from mocap_skel.studies import run
 
     where = _where(folder, overwrite, figures, quiet, "sets", None)
@@ -166,12 +164,12 @@ def speed(
 )
 @click.option(
     "--points",
-    type=click.IntRange(10, 100_000),
+    type=click.IntRange(20, 100_000),
     default=1000,
     show_default=True,
     help="Of one set.",
 )
-@seed
+@options.seed
 @workers
 @figures
 @options.folder

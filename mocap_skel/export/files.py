@@ -34,6 +34,20 @@ def check_free(paths: list[Path], overwrite: bool) -> None:
             raise OutputError(f"{path}: exists already", "use --overwrite or another -o")
 
 
+def check_folder(folder: Path) -> None:
+    """Make a folder for results, and refuse one that cannot be written to before the work, not after it.
+
+    Raises:
+        OutputError: it cannot be made, or nothing can be written there.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with NamedTemporaryFile(dir=folder, prefix="."):
+            pass
+    except OSError as error:
+        raise OutputError(f"{error.filename or folder}: {error.strerror}") from error
+
+
 def write_all(contents: Mapping[Path, str | bytes], overwrite: bool) -> None:
     """Write files that belong together: each to a temporary file first, then all are renamed.
 

@@ -5,62 +5,95 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from mocap_skel.clip import Clip
 from mocap_skel.errors import ClipError
 from mocap_skel.readers.clean import clean
+from mocap_skel.readers.layout import relative_step
 from mocap_skel.readers.raw import RawClip
+from mocap_skel.readers.section import BLOCK
+from mocap_skel.readers.survey import Survey, survey
 
 __all__ = ["read_clip"]
 
-# A C3D file starts with a block of 512 bytes whose second byte is 0x50.
-_BLOCK, _KEY = 512, 0x50
 
-
-def read_clip(path: str | Path, *, unit: str | None = None, rate: float | None = None) -> Clip:
+def read_clip(
+    path: str | Path, *, unit: str | None = None, rate: float | None = None, salvage: bool = False
+) -> Clip:
     """Read a C3D file.
 
     Args:
         path: the file.
         unit: the file's length unit (mm, cm, dm, m, in, ft), in place of what it says.
         rate: frames a second, in place of what the file says.
+        salvage: read the whole frames that a file holds which is cut off.
 
     Raises:
-        ClipError: the file cannot be read or holds no marker.
+        ClipError: the file cannot be read, is cut off, or holds no marker.
         CallError: `unit` is no length unit, or `rate` not above zero.
     """
-    return clean(_read_raw(Path(path)), unit, rate)
+    return clean(_read_raw(Path(path), salvage), unit, rate)
 
 
-def _read_raw(path: Path) -> RawClip:
-    """The door for every check before native code runs, and for the second reader behind the first."""
+def _read_raw(path: Path, salvage: bool) -> RawClip:
+    """Every check comes before native code runs, and a second reader stands behind the first."""
     try:
-        with path.open("rb") as file:
-            head = file.read(_BLOCK)
+        found = survey(path)
     except OSError as error:
         raise ClipError(f"{path}: {error.strerror or error}") from error
-    if len(head) < _BLOCK or head[1] != _KEY:
-        raise ClipError(f"{path}: not a C3D file" if head else f"{path}: an empty file")
-    from mocap_skel.readers import with_ezc3d
+    except ClipError as error:
+        raise ClipError(f"{path}: {error.message}", error.hint) from error
+    if not found.layout.points:
+        raise ClipError(f"{path}: no points in it (points: 0, frames: {found.layout.declared})")
+    reasons = (*_cut_off(path, found, salvage), *found.doubts, *found.contradictions)
+    raw = _without_ezc3d(path, "; ".join(reasons)) if reasons else _with_ezc3d(path, found)
+    if found.layout.tail < found.layout.stride + BLOCK:
+        return raw
+    note = f"the file goes on after the {found.layout.declared} frames that it says it has"
+    return replace(raw, notes=(*raw.notes, note))
 
-    try:
-        raw = with_ezc3d.read(path)
-    except ClipError as refusal:
-        return _refused(path, refusal)
-    return _short(path, raw) if raw.length > len(raw.points) else raw
+
+def _cut_off(path: Path, found: Survey, salvage: bool) -> tuple[str, ...]:
+    """What to say of a file that ends before the frames that it says it has.
+
+    Raises:
+        ClipError: there is such a thing, and nobody asked for what is left.
+    """
+    said, whole = found.layout.declared, found.layout.room
+    if whole >= said:
+        return ()
+    what = f"cut off: it says {said} frames and ends after {whole} whole ones"
+    if not salvage or not whole:
+        raise ClipError(f"{path}: {what}", "--salvage reads those" if whole else None)
+    return (f"{what}, which are read",)
 
 
-def _refused(path: Path, refusal: ClipError) -> RawClip:
-    """The second reader's clip in place of the first's refusal."""
+def _without_ezc3d(path: Path, why: str) -> RawClip:
+    """The second reader's clip."""
     from mocap_skel.readers import with_c3d
 
     try:
         raw = with_c3d.read(path)
-    except ClipError as second:
-        raise ClipError(f"{path}: {refusal}; {second}") from refusal
-    return replace(raw, notes=(f"{refusal}; read with py-c3d", *raw.notes))
+    except ClipError as refusal:
+        raise ClipError(f"{path}: {why}; {refusal}") from refusal
+    return replace(raw, notes=(f"{why}; read with {raw.reader}", *raw.notes))
 
 
-def _short(path: Path, raw: RawClip) -> RawClip:
+def _with_ezc3d(path: Path, found: Survey) -> RawClip:
+    """The first reader's clip, or the second's where the first refuses, is short, or misreads."""
+    from mocap_skel.readers import with_ezc3d
+
+    try:
+        raw = with_ezc3d.read(path, found)
+    except ClipError as refusal:
+        return _without_ezc3d(path, str(refusal))
+    if raw.length > len(raw.points):
+        return _short(raw, path)
+    return raw if _agrees(raw, found) else _smoother(raw, path)
+
+
+def _short(raw: RawClip, path: Path) -> RawClip:
     """The second reader's clip where it is longer than the first's."""
     from mocap_skel.readers import with_c3d
 
@@ -71,5 +104,39 @@ def _short(path: Path, raw: RawClip) -> RawClip:
         return replace(raw, notes=(*raw.notes, lost))
     if len(whole.points) <= len(raw.points):
         return raw
-    note = f"ezc3d reads {len(raw.points)} of its {len(whole.points)} frames; read with py-c3d"
+    note = (
+        f"ezc3d reads {len(raw.points)} of its {len(whole.points)} frames; read with {whole.reader}"
+    )
     return replace(whole, notes=(note, *whole.notes))
+
+
+def _agrees(raw: RawClip, found: Survey) -> bool:
+    """Whether a few frames are what stands in the file: ezc3d takes some files for others."""
+    count, points = raw.points.shape[:2]
+    if points != found.layout.points:
+        return False
+    for at in {0, count // 2, count - 1} if count else ():
+        with np.errstate(invalid="ignore"):
+            there = found.read(at, 1)[0, :, :3].astype(np.float64)
+        if found.layout.width == 2:
+            there = there * found.scale
+        seen = ~raw.invalid[at] & np.isfinite(there).all(axis=1)
+        # ezc3d calculates with 32 bits.
+        if not np.allclose(raw.points[at][seen], there[seen], rtol=1e-5, atol=0):
+            return False
+    return True
+
+
+def _smoother(raw: RawClip, path: Path) -> RawClip:
+    """Of two readers that do not agree, the one whose points move less from frame to frame."""
+    from mocap_skel.readers import with_c3d
+
+    try:
+        other = with_c3d.read(path)
+    except ClipError:
+        return raw
+    far, near = (relative_step(one.points[:-1], one.points[1:]) for one in (raw, other))
+    if far < near:
+        return raw
+    note = f"ezc3d takes it for something else: its points jump; read with {other.reader}"
+    return replace(other, notes=(note, *other.notes))

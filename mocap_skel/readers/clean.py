@@ -10,16 +10,19 @@ from numpy.typing import NDArray
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers.markers import markers, names_and_subjects, told_apart
-from mocap_skel.readers.raw import RawClip, texts
+from mocap_skel.readers.raw import FARTHEST, RawClip, texts
 from mocap_skel.readers.units import SIGN_OF, scale
 from mocap_skel.text import listed
+
+# The part of all samples that may be damaged by a byte here and there.
+_DAMAGED = 0.05
 
 
 def clean(raw: RawClip, unit: str | None, rate: float | None) -> Clip:
     """Decide what a raw file holds; every decision that is not plain becomes a note.
 
     Raises:
-        ClipError: no points, no markers, no frame rate.
+        ClipError: no points, no markers, no frame rate, or coordinates that cannot be.
         CallError: `unit` is no unit, or `rate` not above zero.
     """
     frames, count = raw.points.shape[:2]
@@ -35,7 +38,7 @@ def clean(raw: RawClip, unit: str | None, rate: float | None) -> Clip:
     subjects = [subjects[i] for i in keep]
     labels = told_apart([names[i] for i in keep], subjects, keep, notes)
     points = np.take(raw.points, keep, axis=1)
-    points[_missing(points, raw.invalid[:, keep], notes)] = np.nan
+    points[_missing(points, raw.invalid[:, keep], raw.path, notes)] = np.nan
     if not np.isfinite(points).any():
         raise ClipError(f"{raw.path}: every marker is missing in every frame")
     metres = scale(points, unit, raw, notes)
@@ -55,15 +58,28 @@ def clean(raw: RawClip, unit: str | None, rate: float | None) -> Clip:
 
 
 def _missing(
-    points: NDArray[np.float64], invalid: NDArray[np.bool_], notes: list[str]
+    points: NDArray[np.float64], invalid: NDArray[np.bool_], path: str, notes: list[str]
 ) -> NDArray[np.bool_]:
-    """(frames, markers): residual below zero, exactly (0, 0, 0), or not a number."""
+    """(frames, markers): residual below zero, exactly (0, 0, 0), not a number, or nowhere on Earth.
+
+    Raises:
+        ClipError: so many are nowhere that these are no points.
+    """
     # One coordinate at a time: numpy is slow at reducing an axis of three.
     x, y, z = (points[..., axis] for axis in range(3))
     zero = (x == 0) & (y == 0) & (z == 0) & ~invalid
     if zero.any():
         notes.append(f"samples at exactly (0, 0, 0) that count as missing: {int(zero.sum())}")
-    return np.asarray(invalid | zero | ~(np.isfinite(x) & np.isfinite(y) & np.isfinite(z)))
+    missing = invalid | zero | ~(np.isfinite(x) & np.isfinite(y) & np.isfinite(z))
+    far = ~missing & ((abs(x) > FARTHEST) | (abs(y) > FARTHEST) | (abs(z) > FARTHEST))
+    if far.any():
+        # A program that writes one number for what it did not see writes the same everywhere.
+        if len(np.unique(points[far], axis=0)) > _DAMAGED * (~missing).sum():
+            raise ClipError(
+                f"{path}: damaged: coordinates such as {points[far].flat[abs(points[far]).argmax()]:.3g} in it"
+            )
+        notes.append(f"samples farther off than {FARTHEST:.0e} that count as missing: {far.sum()}")
+    return np.asarray(missing | far)
 
 
 def _rate(raw: RawClip, rate: float | None) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,53 +21,62 @@ def first_frame(header: int, groups: Groups) -> int:
         header: what the header says, counted from 1.
         groups: the file's parameters; TRIAL:ACTUAL_START_FIELD has 32 bits.
     """
-    start = _long(groups["TRIAL"].get("ACTUAL_START_FIELD"))
+    start = _long(groups.get("TRIAL", {}).get("ACTUAL_START_FIELD"))
     # A clip cut out of a longer take may keep the take's number: believed where the header's is the
     # same as far as 16 bits go, or at their end.
     return start if start > _WORD and header in (start & _WORD, _WORD) else header
 
 
-def frame_count(counted: int, first: int, groups: Groups, room: int) -> int:
-    """How many frames the file holds, where a counter of 16 bits may have cut the number short.
+def frame_count(
+    claims: list[int], first: int, groups: Groups, room: int, fills: Callable[[int], bool]
+) -> int:
+    """How many frames a file says it has, where counters of 16 bits may have cut the number short.
 
     Args:
-        counted: frames by the header or POINT:FRAMES.
+        claims: frames by POINT:FRAMES and by the header, without those that say nothing.
         first: the number of the first frame.
         groups: the file's parameters; POINT:LONG_FRAMES and TRIAL:ACTUAL_…_FIELD are longer.
         room: whole frames for which the file has the bytes.
+        fills: whether so many frames end where the file does.
 
     Returns:
-        At most `room`. Where only the size of the file tells, the padding of its last block counts
-        as frames: see `without_padding`.
+        More than `room` where no claim is that small. Where only the size of the file tells, the
+        padding of its last block counts as frames: see `without_padding`.
     """
-    start, end = (_long(groups["TRIAL"].get(f"ACTUAL_{at}_FIELD")) for at in ("START", "END"))
-    claims = [int(number(groups["POINT"].get("LONG_FRAMES")))]
+    trial, point = groups.get("TRIAL", {}), groups.get("POINT", {})
+    start, end = (_long(trial.get(f"ACTUAL_{at}_FIELD")) for at in ("START", "END"))
+    longer = [int(number(point.get("LONG_FRAMES")))]
     if 0 < start <= end:
-        claims.append(end - start + 1)
+        longer.append(end - start + 1)
+    counted = claims[0] if claims else 0
     # A cut clip may keep the take's numbers here too: only a count that 16 bits cannot hold and
-    # that the file has the bytes for is believed.
-    held = [n for n in claims if counted < n <= room and first + n - 1 > _WORD]
+    # that the file has the bytes for is believed, or one that the short counters are the rest of.
+    held = [n for n in longer if counted < n <= room and first + n - 1 > _WORD]
     if held:
         return max(held)
+    cut = [n for n in longer if n > _WORD and all(c in (_WORD, n & _WORD) for c in claims)]
+    if claims and cut:
+        return max(cut)
+    exact = [n for n in claims if fills(n)]
+    if exact:
+        return max(exact)
     # ezc3d writes a longer clip with -1 for its length and nothing beside it.
-    return room if counted == _WORD else min(counted, room)
+    if counted == _WORD and (room >= _WORD or len(claims) < 2):
+        return max(room, _WORD)
+    fitting = [n for n in claims if n <= room]
+    return fitting[0] if fitting else min(claims, default=room)
 
 
 def without_padding(data: NDArray[Any], said: int) -> int:
-    """How many frames there are without the blank ones at the end, past what the header says.
+    """How many frames there are without the blank ones at the end, past those that are sure.
 
     Args:
         data: (frames, …), what is in each frame; nothing but zeros is blank, NaN is not.
-        said: frames by the header.
+        said: frames by the smallest counter that the file has.
     """
     past = data[said:]
     used = np.flatnonzero(past.any(axis=tuple(range(1, past.ndim))))
     return len(data) - len(past) + (int(used[-1]) + 1 if len(used) else 0)
-
-
-def cut_off(said: int, room: int) -> tuple[str, ...]:
-    """A note where a file ends before the frames that it says it has."""
-    return (f"the file says {said} frames and ends after {room}",) if room < said else ()
 
 
 def _long(value: Any) -> int:

@@ -21,6 +21,8 @@ _MODEL_NAME = re.compile(
 )
 _BONE_ENDS = "OALP"
 _UNLABELLED = re.compile(r"\*\d+$")
+# Fewer points without a name show no figure.
+_LEAST_OF_A_FIGURE = 3
 
 
 def names_and_subjects(raw: RawClip) -> tuple[list[str], list[str]]:
@@ -44,7 +46,7 @@ def markers(
     """Which points are markers, and the names of the others by the reason why not.
 
     Left out are `*12`, points in a list of model outputs or with the name of one, and the bones of
-    Plug-in Gait.
+    Plug-in Gait. Where nothing has a name, three `*12` and more are markers.
     """
     modelled = _modelled(raw.parameters["POINT"])
     bones = _bones(names, subjects, raw.points)
@@ -58,7 +60,11 @@ def markers(
             out["model output"].append(name)
         else:
             keep.append(i)
-    return np.array(keep, dtype=np.int64), {reason: tuple(found) for reason, found in out.items()}
+    if not keep and len(out["unlabelled"]) >= _LEAST_OF_A_FIGURE:
+        keep = [i for i, name in enumerate(names) if _UNLABELLED.match(name)]
+        del out["unlabelled"]
+    left_out = {reason: tuple(found) for reason, found in out.items() if found}
+    return np.array(keep, dtype=np.int64), left_out
 
 
 def told_apart(

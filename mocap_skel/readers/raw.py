@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+FARTHEST = 1e7
+"""Coordinates beyond it are none in any unit: 10 km in mm."""
+
 
 @dataclass(frozen=True, eq=False)
 class RawClip:
@@ -21,6 +24,7 @@ class RawClip:
         first_frame: the file's own number of the first frame.
         length: frames that the file holds; more than there are in `points` if the library came back short.
         parameters: the POINT and TRIAL groups: NAME → value (numpy array, or list of text).
+        reader: what read it.
         notes: what was decided while reading, one sentence each.
     """
 
@@ -31,6 +35,7 @@ class RawClip:
     first_frame: int
     length: int
     parameters: dict[str, dict[str, Any]]
+    reader: str = "ezc3d"
     notes: tuple[str, ...] = ()
 
 

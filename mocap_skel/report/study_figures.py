@@ -8,7 +8,7 @@ import numpy as np
 
 from mocap_skel.report.figures import COLOURS, MARKS, figure, png
 from mocap_skel.spherefit import largest_noise
-from mocap_skel.studies.accuracy import BREAKS, Score
+from mocap_skel.studies.accuracy import BREAKS, NOTHING, Score
 from mocap_skel.studies.contenders import CONTENDERS
 from mocap_skel.studies.resample import ENOUGH, NEAR, Summary
 from mocap_skel.studies.speed import METHODS, Trial
@@ -29,13 +29,14 @@ def deviations_figure(summary: Summary, caption: str) -> bytes:
             marker=MARKS[i % len(MARKS)], markersize=3, color=COLOURS[i % len(COLOURS)], alpha=0.6,
         )  # fmt: skip
     law = summary.laws[-1]
-    ends = np.array([samples[shown].min(), samples[shown].max()])
-    fitted = 100 * law.at_enough * (ends / ENOUGH) ** law.slope
-    axes.plot(ends, fitted, color="black", label=f"fitted: N^{law.slope:.2f}")
-    half = 100 * law.at_enough * (ends / ENOUGH) ** -0.5
-    axes.plot(
-        ends, half, color="black", linestyle="--", label="law of independent samples: N^-0.50"
-    )
+    if np.isfinite(law.at_enough):
+        ends = np.array([samples[shown].min(), samples[shown].max()])
+        for slope, style, name in (
+            (law.slope, "-", f"fitted: N^{law.slope:.2f}"),
+            (-0.5, "--", "law of independent samples: N^-0.50"),
+        ):
+            line = 100 * law.at_enough * (ends / ENOUGH) ** slope
+            axes.plot(ends, line, color="black", linestyle=style, label=name)
     axes.axhline(100 * NEAR, color="0.5", linewidth=0.8)
     axes.axvline(ENOUGH, color="0.5", linewidth=0.8)
     share = f"{100 * law.near:.0f} % within {100 * NEAR:g} cm" if np.isfinite(law.near) else ""
@@ -119,8 +120,11 @@ def accuracy_figure(scores: Sequence[Score], caption: str) -> bytes:
     for axes, method in zip(grid.flat, methods, strict=False):
         ratio = np.array([[table[method, s, a].ratio for a in angles] for s in noises])
         failed = np.array([[table[method, s, a].breaks for a in angles] for s in noises])
+        hopeless = np.array([[table[method, s, a].bound > NOTHING for a in angles] for s in noises])
+        ratio = np.where(np.isfinite(ratio), np.clip(ratio, 1.0, 100.0), 100.0)
+        axes.set_facecolor("0.6")
         shown = axes.pcolormesh(
-            np.where(np.isfinite(ratio), np.clip(ratio, 1.0, 100.0), 100.0),
+            np.ma.masked_where(hopeless, ratio),
             norm=LogNorm(1.0, 100.0), cmap="viridis_r",
         )  # fmt: skip
         for row, column in np.argwhere(failed):
@@ -133,7 +137,7 @@ def accuracy_figure(scores: Sequence[Score], caption: str) -> bytes:
         )  # fmt: skip
     drawn.colorbar(shown, ax=grid, label="RMSE / Cramér-Rao bound", shrink=0.8)
     drawn.suptitle(
-        f"Error of the centre against the bound; ×: over {BREAKS}, or no answer; "
-        "red: the criterion σ = (r/√3) sin²(θ/2), met below it"
+        f"Error of the centre against the bound; ×: over {BREAKS}, over {NOTHING} radii, or no answer; grey: "
+        f"so is the bound; red: the criterion σ = (r/√3) sin²(θ/2), met below it"
     )
     return png(drawn, caption)

@@ -20,7 +20,7 @@ from mocap_skel.spherefit.estimators import (
     ugdk,
 )
 from mocap_skel.spherefit.least_squares import lls, mle
-from mocap_skel.spherefit.methods import METHODS, fit_sphere
+from mocap_skel.spherefit.methods import METHODS, NOISELESS, fit_sphere
 from mocap_skel.spherefit.moments import Moments, merge_moments, sphere_moments
 from mocap_skel.spherefit.noise import (
     MarkerNoise,
@@ -33,6 +33,7 @@ from mocap_skel.spherefit.running import RunningFit, igdk, running_centres
 
 __all__ = [
     "METHODS",
+    "NOISELESS",
     "DegenerateSphereError",
     "MarkerNoise",
     "Moments",

@@ -150,13 +150,20 @@ def _autocorrelation(series: Array, size: int) -> Array:
 
 
 def centre_covariance(
-    covariance: Array, counts: Array, radius: Array, noise: Array, reach: ArrayLike
+    covariance: Array,
+    counts: Array,
+    radius: Array,
+    noise: Array,
+    reach: ArrayLike,
+    weights: Array | None = None,
 ) -> Array:
-    """Covariance of a fitted centre, (D, D), m²: [Σ_p N_p C_p / (r_p² σ_p²) + I / reach²]⁻¹.
+    """Covariance of a fitted centre, (D, D), m²: [A B⁻¹ A + I / reach²]⁻¹.
 
-    The data-based Cramér-Rao bound (``method.md`` section 3), with effective sample counts. In a
-    direction that the data do not show it would be infinite; what is known there is only that the
-    joint lies within reach of its markers.
+    A = Σ_p W_p C_p is the system that was solved and B = Σ_p W_p² r_p² σ_p² C_p / N_p the covariance of
+    its right side, with effective sample counts N_p. For the weights W_p = N_p / (r_p σ_p)² that
+    markers deserve, A B⁻¹ A is Σ_p N_p C_p / (r_p σ_p)²: the data-based Cramér-Rao bound (``method.md``
+    section 3). In a direction that the data do not show the covariance would be infinite; what is known
+    there is only that the joint lies within reach of its markers.
 
     Args:
         covariance: (M, D, D), the markers' covariance without noise, m².
@@ -164,11 +171,22 @@ def centre_covariance(
         radius: (M,), metres.
         noise: (M,), variance of the radial residuals, m².
         reach: a length in metres.
+        weights: (M,), how much all samples of each marker counted together; those that they deserve if
+            None.
     """
     # Exact data have no residual; rounding of the places is the least that there is.
     least = (64 * np.finfo(float).eps * np.maximum(np.asarray(reach), np.finfo(float).eps)) ** 2
-    weight = counts / (np.maximum(radius**2, least) * np.maximum(noise, least))
-    information = np.einsum("p,pde->de", weight, covariance)
+    deserved = counts / (np.maximum(radius**2, least) * np.maximum(noise, least))
+    if weights is None:
+        information = np.einsum("p,pde->de", deserved, covariance)
+    else:
+        share = weights / np.maximum(weights.max(), np.finfo(float).tiny)
+        cost = np.where(deserved > 0, share**2 / np.where(deserved > 0, deserved, 1.0), 0.0)
+        system, right = (np.einsum("p,pde->de", w, covariance) for w in (share, cost))
+        values, axes = np.linalg.eigh(right)
+        shown = values > 64 * np.finfo(float).eps * values[-1]
+        part = system @ axes[:, shown]
+        information = (part / values[shown]) @ part.T
     # By eigenvectors: an exact hinge has directions that differ by more than the digits of a number.
     values, axes = np.linalg.eigh(information)
     known = np.maximum(values, 0.0) + 1.0 / np.maximum(np.asarray(reach) ** 2, least)

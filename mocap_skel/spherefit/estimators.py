@@ -153,6 +153,19 @@ def mgdk(
     m, alone = _with_marker_axis(m)
     system = _pool(m, shape, weights)
     noise = np.broadcast_to(np.asarray(sigma, dtype=np.float64) ** 2, system.square.shape)
+    if system.noise is not None and system.noise_shift is not None:
+        # A member whose noise is not known has no answer, as if it were larger than the spread; the
+        # others must not pay for it.
+        unknown: NDArray[np.bool_] = np.asarray(~np.isfinite(system.noise).all(axis=(-1, -2)))
+        if unknown.any():
+            spread = 1.0 + 2.0 * np.trace(system.covariance, axis1=-2, axis2=-1)
+            large = spread[..., None, None] * np.eye(m.mean.shape[-1])
+            noise = np.where(unknown, 1.0, noise)
+            system = replace(
+                system,
+                noise=np.where(unknown[..., None, None], large, system.noise),
+                noise_shift=np.where(unknown[..., None], 0.0, system.noise_shift),
+            )
     return _solve(m, system, noise, shape, strict, alone)
 
 

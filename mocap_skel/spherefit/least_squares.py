@@ -16,13 +16,13 @@ from mocap_skel.spherefit.estimators import (
     found_elsewhere,
     pratt,
 )
-from mocap_skel.spherefit.moments import Array, sphere_moments
+from mocap_skel.spherefit.moments import Array, Moments, sphere_moments
 
 # A sphere whose centre lies so many standard deviations of the points away is a plane.
 PLANE = 1e4
 
 
-def lls(points: ArrayLike) -> SphereFit:
+def lls(points: ArrayLike, moments: Moments | None = None) -> SphereFit:
     """Linear least squares on |x|² = 2 c·x + k_p, a system of N rows and D + M columns, by SVD.
 
     The thesis's LLS (Table 4), for several markers that of Gamage & Lasenby 2002. As published, so
@@ -30,10 +30,17 @@ def lls(points: ArrayLike) -> SphereFit:
 
     Args:
         points: (M, N, D) or (N, D), metres, NaN = missing.
+        moments: of the points, for what the fit tells beside its answer; made from them if None.
 
     Raises:
         DegenerateSphereError: too few points, or points that do not span a sphere.
     """
+    centre, radius = lls_answer(points)
+    return found_elsewhere(sphere_moments(points) if moments is None else moments, centre, radius)
+
+
+def lls_answer(points: ArrayLike) -> tuple[Array, Array]:
+    """Centre (D,) and radii (M,) of `lls` alone."""
     x, marker = _listed(points)
     dimension = x.shape[1]
     system = np.zeros((len(x), dimension + marker[-1] + 1))
@@ -45,8 +52,7 @@ def lls(points: ArrayLike) -> SphereFit:
             "the points do not span a sphere: they are all equal, on a line or in a plane"
         )
     centre = answer[:dimension]
-    radius = np.sqrt(np.maximum(answer[dimension:] + centre @ centre, 0.0))
-    return found_elsewhere(sphere_moments(points), centre, radius)
+    return centre, np.sqrt(np.maximum(answer[dimension:] + centre @ centre, 0.0))
 
 
 def mle(
@@ -55,6 +61,7 @@ def mle(
     *,
     start: ArrayLike | None = None,
     most: int = 200,
+    moments: Moments | None = None,
 ) -> SphereFit:
     """The geometric fit: minimise Σ_p Σ_i ((|x_pi - c| - r_p) / σ_p)² over c and the radii.
 
@@ -66,6 +73,7 @@ def mle(
         sigma: noise standard deviations of the markers, (M,), or one; only their ratios count.
         start: centre to start from, (D,); Pratt's if None.
         most: evaluations before it gives up.
+        moments: of the points; made from them if None.
 
     Returns:
         A fit whose `converged` tells whether the minimum was reached.
@@ -74,13 +82,26 @@ def mle(
         DegenerateSphereError: too few points, or points that do not span a sphere.
         MissingExtraError: SciPy is not installed.
     """
+    m = sphere_moments(_checked(points)) if moments is None else moments
+    # Also where a start is given: it tells whether the points span a sphere.
+    closed = pratt(m)
+    centre, radius, reached = mle_answer(
+        points, closed.centre if start is None else start, sigma, most
+    )
+    # With too much noise the minimum lies at infinity, where the sphere is a plane.
+    extent = np.sqrt(np.maximum(closed.spread.max(), 0.0))
+    reached &= bool(np.linalg.norm(centre - closed.centre) < PLANE * extent)
+    return found_elsewhere(m, centre, radius, converged=reached)
+
+
+def mle_answer(
+    points: ArrayLike, start: ArrayLike, sigma: ArrayLike = 1.0, most: int = 200
+) -> tuple[Array, Array, bool]:
+    """Centre (D,) and radii (M,) of `mle` alone, and whether MINPACK says that it converged."""
     optimize = extra("scipy.optimize", "mle")
     x, marker = _listed(points)
     dimension = x.shape[1]
-    m = sphere_moments(points)
-    # Also where a start is given: it tells whether the points span a sphere.
-    closed = pratt(m)
-    first = closed.centre if start is None else np.asarray(start, dtype=np.float64)
+    first = np.asarray(start, dtype=np.float64)
     scale = (1.0 / np.broadcast_to(np.asarray(sigma, dtype=np.float64), marker[-1] + 1))[marker]
     number = np.arange(len(x))
     jacobian = np.zeros((dimension + marker[-1] + 1, len(x)))
@@ -105,18 +126,19 @@ def mle(
         ftol=1e-13, xtol=1e-13, gtol=1e-13, maxfev=most,
     )  # fmt: skip
     # MINPACK's codes 1 to 4 are its tests of convergence; 6 to 8 say that rounding stops it sooner.
-    reached = code in (1, 2, 3, 4, 6, 7, 8)
-    # With too much noise the minimum lies at infinity, where the sphere is a plane.
-    extent = np.sqrt(np.maximum(closed.spread.max(), 0.0))
-    reached &= bool(np.linalg.norm(answer[:dimension] - closed.centre) < PLANE * extent)
-    return found_elsewhere(m, answer[:dimension], np.abs(answer[dimension:]), converged=reached)
+    return answer[:dimension], np.abs(answer[dimension:]), code in (1, 2, 3, 4, 6, 7, 8)
+
+
+def _checked(points: ArrayLike) -> Array:
+    x = np.asarray(points, dtype=np.float64)
+    if x.ndim not in (2, 3):
+        raise ValueError(f"points must have shape (M, N, D) or (N, D), got {x.shape}")
+    return x
 
 
 def _listed(points: ArrayLike) -> tuple[Array, NDArray[np.intp]]:
     """All points that are there, (N, D), and whose they are, (N,), marker by marker."""
-    x = np.asarray(points, dtype=np.float64)
-    if x.ndim not in (2, 3):
-        raise ValueError(f"points must have shape (M, N, D) or (N, D), got {x.shape}")
+    x = _checked(points)
     markers = x[None] if x.ndim == 2 else x
     seen = np.isfinite(markers).all(axis=-1)
     counts = seen.sum(axis=-1)

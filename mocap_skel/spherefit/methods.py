@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -20,6 +18,8 @@ from mocap_skel.spherefit.moments import Moments, sphere_moments
 from mocap_skel.spherefit.running import running_centres
 
 METHODS: tuple[str, ...] = ("gdke", "ugdk", "mgdk", "sgdk", "igdk", "lls", "mle", "pratt")
+# These take nothing away from C, or find for themselves what to take.
+NOISELESS = ("gdke", "lls", "mle", "pratt")
 
 
 def fit_sphere(
@@ -51,21 +51,20 @@ def fit_sphere(
     if method not in METHODS:
         raise ValueError(f"method must be one of {METHODS}, got {method!r}")
     m = sphere_moments(points) if moments is None else moments
-
-    def level() -> float:
-        return float(pratt(m).sigma) if sigma is None else sigma
-
-    calls: dict[str, Callable[[], SphereFit]] = {
-        "gdke": lambda: gdke(m),
-        "ugdk": lambda: mgdk(m, level(), noise, weights),
-        "mgdk": lambda: mgdk(m, level(), noise, weights),
-        "sgdk": lambda: sgdk(m, sigma, noise, weights),
-        "igdk": lambda: _last_of_running(points, m, level()),
-        "lls": lambda: lls(points),
-        "mle": lambda: mle(points),
-        "pratt": lambda: pratt(m),
-    }
-    return calls[method]()
+    if method == "sgdk":
+        return sgdk(m, sigma, noise, weights)
+    if method == "gdke":
+        return gdke(m)
+    if method == "pratt":
+        return pratt(m)
+    if method == "lls":
+        return lls(points, m)
+    if method == "mle":
+        return mle(points, moments=m)
+    level = float(pratt(m).sigma) if sigma is None else sigma
+    if method == "igdk":
+        return _last_of_running(points, m, level)
+    return mgdk(m, level, noise, weights)
 
 
 def _last_of_running(points: ArrayLike, m: Moments, sigma: float) -> SphereFit:

@@ -9,7 +9,6 @@ import numpy as np
 
 from mocap_skel.spherefit import (
     DegenerateSphereError,
-    fit_sphere,
     gdke,
     isotropic,
     marker_noise,
@@ -21,6 +20,7 @@ from mocap_skel.spherefit import (
     sphere_moments,
     ugdk,
 )
+from mocap_skel.spherefit.least_squares import lls_answer, mle_answer
 from mocap_skel.spherefit.moments import Array
 
 
@@ -37,21 +37,34 @@ class Contender:
     centres: Callable[[Array, float], Array]
 
 
-def _each(method: str) -> Callable[[Array, float], Array]:
-    """Set by set, for what knows no batches; NaN where there is no answer or it did not converge."""
-    return lambda points, _: np.array([_one(x, method) for x in points])
+def _lls(points: Array, _: float) -> Array:
+    return np.array([_or_nothing(_lls_centre, x) for x in points])
 
 
-def _one(x: Array, method: str) -> Array:
-    try:
-        fit = fit_sphere(x, method)
-    except DegenerateSphereError:
-        return np.full(x.shape[1], np.nan)
-    return fit.centre if fit.converged else np.full(x.shape[1], np.nan)
+def _mle(points: Array, _: float) -> Array:
+    return np.array([_or_nothing(_mle_from_pratt, x) for x in points])
+
+
+def _lls_centre(x: Array) -> tuple[Array, bool]:
+    return lls_answer(x)[0], True
+
+
+def _mle_from_pratt(x: Array) -> tuple[Array, bool]:
+    fit = mle(x)
+    return fit.centre, bool(fit.converged)
 
 
 def _mle_from_mean(points: Array, _: float) -> Array:
-    return np.array([mle(x, start=x.mean(axis=0)).centre for x in points])
+    return np.array([mle_answer(x, x.mean(axis=0))[0] for x in points])
+
+
+def _or_nothing(method: Callable[[Array], tuple[Array, bool]], x: Array) -> Array:
+    """The centre of one set, for what knows no batches; NaN without an answer or convergence."""
+    try:
+        centre, reached = method(x)
+    except DegenerateSphereError:
+        return np.full(x.shape[1], np.nan)
+    return centre if reached else np.full(x.shape[1], np.nan)
 
 
 def _gdke(points: Array, _: float) -> Array:
@@ -85,9 +98,9 @@ CONTENDERS: dict[str, Contender] = {
     "ugdk": Contender("UGDK, true σ", _ugdk),
     "ugdk_fixed_point": Contender("UGDK, σ by fixed point", _fixed_point),
     "sgdk": Contender("SGDK, true σ", _sgdk),
-    "igdk": Contender("IGDK, true σ", _igdk),
-    "lls": Contender("LLS", _each("lls")),
+    "igdk": Contender("IGDK in blocks", _igdk),
+    "lls": Contender("LLS", _lls),
     "pratt": Contender("Pratt", _pratt),
-    "mle": Contender("MLE", _each("mle")),
+    "mle": Contender("MLE", _mle),
     "mle_from_mean": Contender("MLE from the points' mean", _mle_from_mean),
 }

@@ -42,6 +42,9 @@ def in_parallel(
         try:
             yield from pool.map(function, tasks)
         except BaseException:
+            # The pool would wait for what its workers have begun.
+            for worker in multiprocessing.active_children():
+                worker.terminate()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
 
@@ -49,6 +52,11 @@ def in_parallel(
 def _leave_interrupts() -> None:
     # Ctrl-C goes to the parent, which ends its workers.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def use_one_core() -> None:
+    """Keep numpy to one core, to compare times with a thesis that had one: before numpy is loaded."""
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
 
 
 @contextmanager

@@ -20,7 +20,9 @@ ENOUGH = 200
 # Two means so many times their common scatter apart are two answers, no scatter; and so much of the
 # answers at least must have each, or it is an outlier.
 _APART = 6.0
-_SHARE = 0.05
+SHARE = 0.05
+# Samples have to differ by this factor before a law of their number is worth a line.
+_SPAN = 4.0
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Answer:
         level: percent of the frames that were left out.
         frames: how many were left.
         joint: its name.
-        samples: frames that showed the joint, of its best marker; 0 without an answer.
+        samples: of a marker of the joint, on average; 0 without an answer.
         method: the estimator that was used.
         frame: the points that gave the parent's axes in that refit.
         x, y, z: metres, in the parent's frame of that refit; NaN without an answer.
@@ -115,11 +117,12 @@ class Law:
     Attributes:
         joint: its name.
         answers: how many.
-        slope: of log deviation in log samples; -½ is the law of independent samples.
+        slope: of log deviation in log samples; -½ is the law of independent samples; NaN where samples
+            hardly differ.
         slope_error: its standard error.
         finite_slope: the same against n N / (N - n): frames are drawn from a clip of N and not put
             back, so that the answers of nearly all frames lie closer together than -½ would have it.
-        at_enough: deviation at `ENOUGH` samples by the fitted law, metres.
+        at_enough: deviation at `ENOUGH` samples by the fitted law, metres; NaN where no answer had so few.
         near: share within `NEAR` of those with more than `ENOUGH` samples; NaN if there are none.
     """
 
@@ -137,7 +140,7 @@ class Summary:
     """What the answers of all passes say.
 
     Attributes:
-        answers: with an answer, in the order of passes and levels.
+        answers: those with a place, in the order of passes and levels.
         cluster: (answers,) of each.
         deviation: (answers,) distance from its cluster's mean, metres.
         groups: the tables of means and standard deviations.
@@ -212,12 +215,12 @@ def clusters(places: Array, samples: Array, kinds: Sequence[object]) -> NDArray[
     count = 0
     for kind in dict.fromkeys(kinds):
         mine = np.flatnonzero([kind == other for other in kinds])
-        better = mine[samples[mine] >= np.median(samples[mine])]
+        better = _better_half(mine, samples)
         means = np.array([places[better[part]].mean(axis=0) for part in _parts(places[better])])
         away = np.linalg.norm(places[mine][:, None] - means, axis=2)
         label[mine] = count + away.argmin(axis=1)
         count += len(means)
-    return _by_size(_merged(places, _by_size(label)))
+    return _by_size(_merged(places, samples, _by_size(label)))
 
 
 def _by_size(label: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -226,16 +229,22 @@ def _by_size(label: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.argsort(np.argsort(-size, kind="stable"), kind="stable")[number]
 
 
-def _merged(places: Array, label: NDArray[np.int64]) -> NDArray[np.int64]:
+def _merged(places: Array, samples: Array, label: NDArray[np.int64]) -> NDArray[np.int64]:
     """Parts in the order of their sizes, those that are not distinct from a larger one joined to it."""
     label = label.copy()
     for part in range(1, label.max() + 1):
         for larger in range(part):
-            sides = [np.flatnonzero(label == which) for which in (larger, part)]
+            sides = [
+                _better_half(np.flatnonzero(label == which), samples) for which in (larger, part)
+            ]
             if all(len(side) for side in sides) and not _distinct(places, sides):
-                label[sides[1]] = larger
+                label[label == part] = larger
                 break
     return label
+
+
+def _better_half(rows: NDArray[np.int64], samples: Array) -> NDArray[np.int64]:
+    return rows[samples[rows] >= np.median(samples[rows])] if len(rows) else rows
 
 
 def _distinct(places: Array, sides: Sequence[NDArray[np.int64]]) -> bool:
@@ -252,7 +261,7 @@ def _parts(places: Array) -> Iterator[NDArray[np.int64]]:
     """Indices of each cluster."""
     everything = np.arange(len(places))
     centred = places - places.mean(axis=0)
-    least = max(3, int(np.ceil(_SHARE * len(places))))
+    least = max(3, int(np.ceil(SHARE * len(places))))
     if len(places) < 2 * least:
         yield everything
         return
@@ -277,20 +286,21 @@ def _law(name: str, samples: Array, deviation: Array, most: Array) -> Law:
     n, whole = samples[drawn], most[drawn]
     finite = _line(np.log10(n * whole / (whole - n)), np.log10(deviation[drawn]))
     enough = samples > ENOUGH
+    few = bool((samples[usable] <= ENOUGH).any())
     return Law(
         joint=name,
         answers=len(samples),
         slope=slope,
         slope_error=error,
         finite_slope=finite[0],
-        at_enough=float(10 ** (offset + slope * np.log10(ENOUGH))),
+        at_enough=float(10 ** (offset + slope * np.log10(ENOUGH))) if few else float("nan"),
         near=float((deviation[enough] <= NEAR).mean()) if enough.any() else float("nan"),
     )
 
 
 def _line(x: Array, y: Array) -> tuple[float, float, float]:
-    """Slope, its standard error, and offset of the least-squares line; NaN without a spread in x."""
-    if len(x) < 3 or not np.ptp(x) > 0:
+    """Slope, its standard error, and offset of the line through logarithms; NaN without a span in x."""
+    if len(x) < 3 or not np.ptp(x) > np.log10(_SPAN):
         return float("nan"), float("nan"), float("nan")
     (slope, offset), covariance = np.polyfit(x, y, 1, cov=True)
     return float(slope), float(np.sqrt(covariance[0, 0])), float(offset)

@@ -4,23 +4,37 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
+
+import numpy as np
 
 from mocap_skel import __version__
 from mocap_skel.association import Assignment, associate
 from mocap_skel.batch import Job
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, OutputError
-from mocap_skel.export.files import check_free, safe_name, write_all
+from mocap_skel.export.files import check_folder, check_free, safe_name, write_all
 from mocap_skel.export.tables_csv import rows_csv
 from mocap_skel.readers import read_clip
 from mocap_skel.studies import accuracy, speed, tables
 from mocap_skel.studies.parallel import in_parallel
-from mocap_skel.studies.resample import Answer, refits, summarise
+from mocap_skel.studies.resample import (
+    ENOUGH,
+    NEAR,
+    SHARE,
+    Answer,
+    Group,
+    Summary,
+    refits,
+    summarise,
+)
+from mocap_skel.text import counted
 
 Item = TypeVar("Item")
 # Wraps the parts of a study while they are done: (parts, how many) → the same parts.
@@ -75,11 +89,12 @@ class Where:
 
 @dataclass(frozen=True)
 class Findings:
-    """What a study found: its tables by name, what they say in words, and the files."""
+    """What a study found: its tables by name, what they say in words, the files, notes on the clip."""
 
     tables: dict[str, list[tables.Row]]
     words: list[str]
     files: list[Path] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 def _written(
@@ -93,7 +108,7 @@ def _written(
         stem, _, kind = suffix.rpartition(".")
         contents[path] = rows_csv(findings.tables[stem]) if kind == "csv" else figures[stem]()
     write_all(contents, where.overwrite)
-    return Findings(findings.tables, findings.words, list(contents))
+    return replace(findings, files=list(contents))
 
 
 @dataclass(frozen=True)
@@ -114,7 +129,7 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
         MocapSkelError: the clip cannot be read or fitted, or its results not be written.
     """
     clip = read_clip(path, unit=job.unit, rate=job.rate)
-    subjects = associate(clip, job.association, job.subject)
+    subjects = associate(clip, job.known, job.subject)
     if len(subjects) > 1:
         known = ", ".join(subject.subject for subject in subjects)
         raise CallError(f"{path}: the study takes one subject", f"choose with --subject: {known}")
@@ -123,31 +138,27 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
     stem = f"{path.stem}.{safe_name(subject.subject)}" if several else path.stem
     csv = ("answers", "means", "deviations", "power_law")
     names = where.names(f"{stem}.resample", csv, ["figure24"])
-    # The figure as a whole first: a clip that cannot be fitted is told at once.
-    job.fit(clip, subject)
+    # The whole clip first: one that cannot be fitted, or a folder that cannot be written to, is told at once.
+    whole = job.fit(clip, subject)
+    check_folder(where.folder)
     store = _Store(where.folder / f".{stem}.resample-{_key(clip, subject, job, plan)}")
     answers = _all_passes(clip, subject, job, plan, where, store)
     summary = summarise(answers)
-    law = summary.laws[-1]
     asked = plan.passes * plan.levels
-    split = {group.joint: group.cluster for group in summary.groups if group.cluster > 1}
-    words = [
-        f"{clip.name}: {clip.frames} frames, {asked} refits of the whole figure "
-        f"({plan.passes} passes, 0 to {plan.levels - 1} % left out, seed {plan.seed})",
-        f"deviation falls with the samples as n^{law.slope:.2f} ± {law.slope_error:.2f}; as "
-        f"(n N/(N - n))^{law.finite_slope:.2f} when it counts that all n come from one clip of N",
-        f"{100 * law.near:.1f} % of the answers from more than 200 samples lie within 1 cm",
-        "joints with several distinct answers, each measured about its own mean: "
-        + (", ".join(f"{joint} ({count})" for joint, count in split.items()) or "none"),
-    ]
+    verdicts = {joint.joint: joint.determined for joint in whole.joints}
     found = Findings(
         {
-            "answers": tables.answer_rows(summary),
-            "means": tables.mean_rows(summary.groups),
+            "answers": tables.answer_rows(summary, answers),
+            "means": tables.mean_rows(summary.groups, verdicts),
             "deviations": tables.deviation_rows(summary.groups),
-            "power_law": tables.law_rows(summary.laws),
+            "power_law": tables.law_rows(summary.laws, verdicts),
         },
-        words,
+        [
+            f"{path}: {clip.frames} frames, {counted(asked, 'refit')} of the whole figure "
+            f"({counted(plan.passes, 'pass', 'passes')}, 0 to {plan.levels - 1} % left out, seed {plan.seed})",
+            *_in_words(summary, asked - len({(a.passed, a.level) for a in answers})),
+        ],
+        notes=[*clip.notes, *subject.mismatches(job.known), *whole.notes],
     )
     caption = f"{path.name}, {asked} refits, seed {plan.seed}: {where.command}"
 
@@ -157,8 +168,44 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
         return deviations_figure(summary, caption)
 
     done = _written(where, names, found, {"figure24": figure24})
-    store.forget(plan.passes)
+    store.forget()
     return done
+
+
+def _in_words(summary: Summary, failed: int) -> list[str]:
+    words = [f"{failed} of them could not be fitted"] if failed else []
+    law = summary.laws[-1]
+    if np.isfinite(law.slope):
+        words.append(
+            f"deviation falls with the samples as n^{law.slope:.2f} ± {law.slope_error:.2f}; as "
+            f"(n N/(N - n))^{law.finite_slope:.2f} when it counts that all n come from one clip of N"
+        )
+    if np.isfinite(law.near):
+        words.append(
+            f"{100 * law.near:.1f} % of the answers from more than {ENOUGH} samples lie within "
+            f"{100 * NEAR:g} cm of their joint's mean"
+        )
+    total = Counter(answer.joint for answer in summary.answers)
+    second = [group for group in summary.groups if group.cluster > 1]
+    for text, groups in (
+        (
+            "joints with several answers, each measured about its own mean",
+            _often(second, total, True),
+        ),
+        ("joints with odd answers, by other axes or another method", _often(second, total, False)),
+    ):
+        counts = Counter(
+            {joint: sum(g.answers for g in groups if g.joint == joint) for joint in total}
+        )
+        shown = [f"{joint} ({counts[joint]} of {total[joint]})" for joint in total if counts[joint]]
+        if shown:
+            words.append(f"{text}: {', '.join(shown)}")
+    return words
+
+
+def _often(groups: list[Group], total: Counter[str], often: bool) -> list[Group]:
+    """The groups that hold a share of their joint's answers that is worth the name, or the others."""
+    return [g for g in groups if (g.answers >= SHARE * total[g.joint]) == often]
 
 
 def _all_passes(
@@ -190,7 +237,7 @@ def _refit_block(
 
 def _key(clip: Clip, subject: Assignment, job: Job, plan: Resampling) -> str:
     """A name for what the answers depend on, so that only the same study is ever gone on with."""
-    options = (job.sigma, job.pose, job.method, job.noise, job.association.skeleton)
+    options = (job.sigma, job.pose, job.method, job.noise, job.known.skeleton)
     text = repr((__version__, subject.columns, options, plan.levels, plan.seed))
     return hashlib.sha256(text.encode() + clip.points.tobytes()).hexdigest()[:12]
 
@@ -214,11 +261,9 @@ class _Store:
         text = json.dumps([asdict(answer) for answer in answers])
         write_all({self._file(number): text}, overwrite=True)
 
-    def forget(self, passes: int) -> None:
+    def forget(self) -> None:
         try:
-            for number in range(passes):
-                self._file(number).unlink(missing_ok=True)
-            self.folder.rmdir()
+            shutil.rmtree(self.folder)
         except OSError as error:
             raise OutputError(f"{self.folder}: {error.strerror}") from error
 
@@ -233,12 +278,15 @@ def run_speed(trials: int, most_points: int, seed: int, where: Where) -> Finding
 
     extra("scipy.optimize", "mle")
     names = where.names("speed", ["trials", "ratios"], ["figure26", "figure27"])
+    check_folder(where.folder)
     work = speed.trials(trials, most_points, seed)
     done: list[speed.Trial] = list(where.progress(work, trials))
-    ratios = speed.ratios(done)
+    ratios, least = speed.ratios(done), speed.threshold(done)
+    low, high = speed.NOISE_RANGE
     words = [
-        f"{trials} point sets of 10 to {most_points:,} points, noise {speed.NOISE_RANGE[0]:g} to "
-        f"{speed.NOISE_RANGE[1]:g}, seed {seed}; ratios over those of {speed.MANY:,} points or more"
+        f"{trials} point sets of 10 to {most_points:,} points, noise {low:g} to {high:g}, seed {seed}; ratios "
+        f"over those of {least:,} points or more",
+        f"IGDK one sample at a time: {1e6 * speed.time_of_a_sample():.0f} microseconds a sample",
     ]
     found = Findings(
         {"trials": tables.trial_rows(done), "ratios": tables.ratio_rows(ratios)}, words
@@ -253,7 +301,7 @@ def run_speed(trials: int, most_points: int, seed: int, where: Where) -> Finding
     def figure27() -> bytes:
         from mocap_skel.report.study_figures import ratios_figure
 
-        return ratios_figure(done, speed.MANY, caption)
+        return ratios_figure(done, least, caption)
 
     return _written(where, names, found, {"figure26": figure26, "figure27": figure27})
 
@@ -268,6 +316,7 @@ def run_accuracy(plan: accuracy.Plan, where: Where) -> Findings:
 
     extra("scipy.optimize", "mle")
     names = where.names("accuracy", ["scores", "noise", "markers"], ["map"])
+    check_folder(where.folder)
     parts: list[Callable[[], list[Any]]] = [
         *(partial(accuracy.score_cell, plan, cell) for cell in plan.cells),
         partial(accuracy.score_noise, plan),

@@ -76,7 +76,7 @@ def methods(seed: int = 0, trials: int = 100) -> Iterator[Method]:
 
     Args:
         seed: of the points.
-        trials: for the accuracy; the ratio is then known to about 1 / √(2 · 3 trials).
+        trials: for the accuracy; an error along one axis is then known to 1 / √(2 trials) of itself.
     """
     try:
         extra("scipy.optimize", "mle")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -10,35 +10,39 @@ import numpy as np
 
 from mocap_skel.studies.accuracy import MarkersScore, NoiseScore, Score
 from mocap_skel.studies.contenders import CONTENDERS
-from mocap_skel.studies.resample import Group, Law, Summary
+from mocap_skel.studies.resample import Answer, Group, Law, Summary
 from mocap_skel.studies.speed import Ratio, Trial
 
 Row = dict[str, Any]
 
 
-def answer_rows(summary: Summary) -> list[Row]:
-    """One row an answer: everything that figure 24 is drawn from, metres."""
+def answer_rows(summary: Summary, answers: Iterable[Answer]) -> list[Row]:
+    """One row a joint and refit: everything that figure 24 is drawn from, metres; empty without a place."""
+    told = zip(summary.cluster, summary.deviation, strict=True)
+    known = dict(zip(summary.answers, told, strict=True))
     return [
         {
             "pass": answer.passed,
             **{key: value for key, value in asdict(answer).items() if key != "passed"},
-            "cluster": int(cluster),
-            "deviation": float(deviation),
+            "cluster": int(known[answer][0]) if answer in known else None,
+            "deviation": float(known[answer][1]) if answer in known else None,
         }
-        for answer, cluster, deviation in zip(
-            summary.answers, summary.cluster, summary.deviation, strict=True
-        )
+        for answer in answers
     ]
 
 
-def mean_rows(groups: Iterable[Group]) -> list[Row]:
-    """The thesis's table 2, metres; a joint of several answers has a row for each."""
+def mean_rows(groups: Iterable[Group], verdicts: Mapping[str, str]) -> list[Row]:
+    """The thesis's table 2, metres; a joint of several answers has a row for each.
+
+    `known` is the verdict of the whole clip: where it is "no", the scatter is that of a place holder.
+    """
     return [
         {
             "joint": g.joint,
             "cluster": g.cluster,
             "answers": g.answers,
             **_axes("mean", g.mean),
+            "known": verdicts.get(g.joint, ""),
             "method": g.method,
             "frame": g.frame,
         }
@@ -60,9 +64,9 @@ def deviation_rows(groups: Iterable[Group]) -> list[Row]:
     ]
 
 
-def law_rows(laws: Iterable[Law]) -> list[Row]:
-    """The power law of each joint's deviations, metres."""
-    return [asdict(law) for law in laws]
+def law_rows(laws: Iterable[Law], verdicts: Mapping[str, str]) -> list[Row]:
+    """The power law of each joint's deviations, metres, with the verdict of the whole clip."""
+    return [{**asdict(law), "known": verdicts.get(law.joint, "")} for law in laws]
 
 
 def trial_rows(trials: Iterable[Trial]) -> list[Row]:
@@ -77,7 +81,7 @@ def trial_rows(trials: Iterable[Trial]) -> list[Row]:
 
 def ratio_rows(ratios: Iterable[Ratio]) -> list[Row]:
     """The estimators' times by GDKE's, beside the thesis's."""
-    return [{**_named(asdict(ratio))} for ratio in ratios]
+    return [_named(asdict(ratio)) for ratio in ratios]
 
 
 def score_rows(scores: Iterable[Score]) -> list[Row]:

@@ -1,0 +1,109 @@
+"""mocap-skel assoc guess: an association file for a clip of an unknown marker set."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mocap_skel.cli import options, say
+from mocap_skel.errors import CallError
+
+if TYPE_CHECKING:
+    from mocap_skel.clip import Clip
+
+# The files' texts, the rows for --json, a sentence for standard error.
+Found = tuple[list[str], list[dict[str, object]], str]
+
+
+@click.command(
+    "guess",
+    epilog="Example: mocap-skel assoc guess walk.c3d -o my_lab.txt",
+)
+@options.clip
+@options.subject
+@click.option(
+    "-o", "--output", metavar="FILE", type=click.Path(path_type=Path),
+    help="Write it there, not to standard output. With --by-motion: BASE, for BASE.txt and BASE.toml.",
+)  # fmt: skip
+@click.option(
+    "--by-motion", is_flag=True,
+    help="Do without names: find the rigid segments and the joints between them as a figure of its own.",
+)  # fmt: skip
+@options.overwrite
+@options.unit
+@options.rate
+@options.as_json
+@options.quiet
+def guess(
+    clip: Path,
+    subject: str | None,
+    output: Path | None,
+    by_motion: bool,
+    overwrite: bool,
+    unit: str | None,
+    rate: float | None,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Guess which label of CLIP is which marker, and write it as an association file.
+
+    First by the names, then by the motion: which markers move together. Each line tells how sure it
+    is and why; what is not sure is a comment in the file, for you to decide.
+
+    Labels that say nothing at all (numbers, channels) take --by-motion: markers that keep their distances
+    become segment_1, segment_2 ..., hung on each other where two share a fixed point.
+    """
+    from mocap_skel.association import check_subject
+    from mocap_skel.export.files import check_free
+    from mocap_skel.readers import read_clip
+
+    if by_motion and output is None and not as_json:
+        raise CallError(
+            "--by-motion writes two files, a skeleton and an association: -o BASE is missing",
+            "-o figure makes figure.toml and figure.txt",
+        )
+    paths = [output] if output else []
+    if output and by_motion:
+        base = output.with_suffix("") if output.suffix in (".txt", ".toml") else output
+        paths = [base.parent / f"{base.name}{suffix}" for suffix in (".toml", ".txt")]
+    check_free(paths, overwrite)
+    read = read_clip(clip, unit=unit, rate=rate)
+    check_subject(read, subject)
+    if by_motion:
+        texts, rows, note = _by_motion(read, subject, paths)
+    else:
+        texts, rows, note = _by_names(read, subject)
+    if paths:
+        from mocap_skel.export.files import write_all
+
+        write_all(dict(zip(paths, texts, strict=True)), overwrite)
+    if as_json:
+        for row in rows:
+            say(json.dumps({"clip": str(clip), **row}, allow_nan=False))
+    elif paths:
+        say(f"wrote {', '.join(map(str, paths))}")
+    else:
+        say(texts[0], nl=False)
+    if not quiet:
+        click.echo(f"mocap-skel: {clip}: {note}", err=True)
+    return 0
+
+
+def _by_names(clip: Clip, subject: str | None) -> Found:
+    from mocap_skel.guess import guess_association, in_words
+    from mocap_skel.guess.text import association_text
+
+    found = guess_association(clip, subject)
+    return [association_text(found)], [asdict(line) for line in found.lines], in_words(found)
+
+
+def _by_motion(clip: Clip, subject: str | None, paths: list[Path]) -> Found:
+    from mocap_skel.guess.figure import figure_texts, find_figure
+
+    found = find_figure(clip, subject)
+    name = paths[0].name if paths else "figure.toml"
+    return list(figure_texts(found, name)), found.rows(), found.in_words()

@@ -1,0 +1,107 @@
+"""The table of what markers' names mean, dialects.toml, as it is looked up."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+TABLE = Path(__file__).parent / "dialects.toml"
+# C7, T10, L5, S1: with a side before it, such a code is a marker of a cluster (LT1: left thigh or tibia).
+_VERTEBRA = re.compile(r"[A-Z]{1,2}\d+$")
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place on the body.
+
+    Attributes:
+        segment: of the standard human, with {Side} where the label must tell it.
+        marker: the standard marker there, with {s} for the side; "" for none.
+        side: the only side that has it, "" for any.
+    """
+
+    segment: str
+    marker: str
+    side: str
+
+    @property
+    def sided(self) -> bool:
+        return "{" in self.segment
+
+    def named(self, side: str) -> tuple[str, str]:
+        """Segment and standard marker ("" for none) for a side, "L", "R" or ""."""
+        long = {"L": "Left", "R": "Right", "": ""}[side]
+        # A marker of the middle is neither the left one nor the right one, and the reverse.
+        fits = bool(side) == ("{" in self.marker) or (side and side == self.side)
+        return self.segment.format(Side=long), self.marker.format(s=side) if fits else ""
+
+
+@dataclass(frozen=True)
+class Code:
+    """One spelling of a place without the side.
+
+    Attributes:
+        rank: its place in the table, the best spelling first.
+        doubtful: other sets use it for something else.
+        needs: codes of which the clip must have one; empty for none.
+        middle: counts only without a side.
+    """
+
+    place: Place
+    rank: int
+    doubtful: bool
+    needs: frozenset[str]
+    middle: bool
+
+
+@dataclass(frozen=True)
+class Dialects:
+    """The whole table."""
+
+    sides: dict[str, str]
+    words: dict[str, str]
+    noise: frozenset[str]
+    doubts: dict[str, str]
+    computed_words: frozenset[str]
+    computed_codes: frozenset[str]
+    computed_starts: tuple[str, ...]
+    codes: dict[str, list[Code]] = field(default_factory=dict)
+    clusters: dict[str, list[Place]] = field(default_factory=dict)
+    phrases: list[tuple[frozenset[str], Place]] = field(default_factory=list)
+    letters: list[tuple[frozenset[str], dict[str, Place]]] = field(default_factory=list)
+
+
+@cache
+def dialects() -> Dialects:
+    """The table, read once."""
+    data = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    found = Dialects(
+        sides={word: side for side, words in data["sides"].items() for word in words},
+        words={s: word for word, spellings in data["words"].items() for s in spellings},
+        noise=frozenset(data["noise"]["words"]),
+        doubts={code: why for why, codes in data["doubt"].items() for code in codes},
+        computed_words=frozenset(data["computed"]["words"]),
+        computed_codes=frozenset(data["computed"]["codes"]),
+        computed_starts=tuple(data["computed"]["starts"]),
+    )
+    rank = 0
+    for entry in data["place"]:
+        place = Place(entry["segment"], entry.get("marker", ""), entry.get("side", ""))
+        needs = entry.get("with", {})
+        doubtful = entry.get("likely", [])
+        for code in [*entry["codes"], *doubtful]:
+            rank += 1
+            middle = not place.sided and _VERTEBRA.match(code) is not None
+            found.codes.setdefault(code, []).append(
+                Code(place, rank, code in doubtful, frozenset(needs.get(code, ())), middle)
+            )
+        for stem in entry.get("cluster", []):
+            found.clusters.setdefault(stem, []).append(place)
+        found.phrases.extend((frozenset(phrase.split()), place) for phrase in entry["words"])
+    for entry in data["letters"]:
+        places = {letter: Place(s, "", "") for letter, s in entry["segments"].items()}
+        found.letters.append((frozenset(entry["has"]), places))
+    return found
