@@ -38,7 +38,9 @@ types: $(STAMP) ## mypy, strict
 bench: $(STAMP) ## Timings side by side, and accuracy against known truth
 	$(BIN)/python benchmarks/bench_spheres.py
 	$(BIN)/python benchmarks/bench_fit.py
+	$(BIN)/python benchmarks/bench_guess.py
 	$(BIN)/python benchmarks/accuracy.py
+	$(BIN)/python benchmarks/guess_table.py
 
 golden: $(STAMP) ## Rewrite the golden results; review the diff before committing it
 	$(BIN)/python tests/golden.py

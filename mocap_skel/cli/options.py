@@ -92,11 +92,12 @@ clip = click.argument("clip", metavar="CLIP.c3d", type=click.Path(path_type=Path
 association = click.option(
     "--assoc", "-a", "association", metavar="MAP",
     help="Association file: which label is which marker. A path, or a shipped one by name: cmu, "
-    "plug_in_gait, plug_in_gait_clusters.",
+    "plug_in_gait ... (mocap-skel assoc list).",
 )  # fmt: skip
 skeleton = click.option(
-    "--skeleton", metavar="FILE", help="Skeleton file to use in place of the association file's."
-)
+    "--skeleton", metavar="NAME",
+    help="Skeleton by name or file, in place of the association file's; it may be a part of it.",
+)  # fmt: skip
 subject = click.option(
     "--subject", metavar="NAME", help="Only this subject of a clip that holds several."
 )
