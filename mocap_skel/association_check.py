@@ -20,6 +20,8 @@ from mocap_skel.trouble import GAUSS, SKIN
 
 # Frames that show how rigidly two markers move together well enough.
 ENOUGH = 700
+# Share of the frames that two markers have to be seen in together.
+LEAST_TOGETHER = 0.05
 # A marker is loose if it moves so many times as much as the usual one against its segment, but at least
 # by a centimetre (skin does that), and belongs elsewhere if it is so many times as firm there.
 LOOSE = 3.0
@@ -295,12 +297,17 @@ class _Figure:
 
 
 def _spreads(x: Array) -> Array:
-    """(M, M): robust standard deviation of the distance of each two of the points x (M, 3, F)."""
+    """(M, M): robust standard deviation of the distance of each two of the points x (M, 3, F).
+
+    NaN for two that are hardly ever seen together.
+    """
     count = len(x)
     spread = np.full((count, count), np.nan)
     for i in range(count - 1):
         away = x[i + 1 :] - x[i]
         distance = np.sqrt(np.einsum("pdf,pdf->pf", away, away))
         off = np.abs(distance - median(distance)[:, None])
-        spread[i, i + 1 :] = spread[i + 1 :, i] = GAUSS * median(off)
+        enough = np.isfinite(distance).sum(axis=1) >= LEAST_TOGETHER * x.shape[2]
+        found = np.where(enough, GAUSS * median(off), np.nan)
+        spread[i, i + 1 :] = spread[i + 1 :, i] = found
     return spread

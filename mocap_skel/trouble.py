@@ -109,7 +109,8 @@ def out_of_shape(x: Array) -> tuple[Array, Mask | None]:
         bad &= ~(left[first] | left[second])
     wild = bad.any(axis=0)
     if wild.any():
-        left[:, wild] |= _vote(bad[:, wild], blame[:, wild], first, second, count)
+        off = np.abs(distance[:, wild] - place[:, None])
+        left[:, wild] |= _vote(bad[:, wild], blame[:, wild], off, first, second, count)
     if not left.any():
         return medians, None
     return medians, left & np.isfinite(x[:, 0])
@@ -284,17 +285,24 @@ def _who_is_out(steps: list[float]) -> list[float]:
 
 
 def _vote(
-    bad: Mask, blame: Array, first: NDArray[np.intp], second: NDArray[np.intp], count: int
+    bad: Mask,
+    blame: Array,
+    off: Array,
+    first: NDArray[np.intp],
+    second: NDArray[np.intp],
+    count: int,
 ) -> Mask:
     """(M, F): the markers that left, from the pairs that are out of shape and the first one's blame.
 
     In every frame the marker with the most blame goes, and its pairs with it, until no pair is left
-    that is out of shape. Of a last pair that could be either both go.
+    that is out of shape. Of a last pair that could be either the one goes that is clearly off its distance
+    to the others too, by `off` (P, F), metres; or both.
     """
     bad = bad.copy()
     left = np.zeros((count, bad.shape[1]), dtype=np.bool_)
     of_first = np.eye(count)[:, first]
     of_second = np.eye(count)[:, second]
+    away = (of_first + of_second) @ np.nan_to_num(off)
     for _ in range(count):
         if not bad.any():
             break
@@ -304,7 +312,8 @@ def _vote(
         gone = np.zeros(left.shape, dtype=np.bool_)
         gone[worst, np.arange(len(worst))] = total > 0
         either = (total == 1) & (score.max(axis=0) < CLEAR)
-        gone[:, either] |= score[:, either] > 0
+        far = np.where(score[:, either] > 0, away[:, either], 0.0)
+        gone[:, either] = (score[:, either] > 0) & (far > (1 - CLEAR) * far.sum(axis=0))
         left |= gone
         bad &= ~(gone[first] | gone[second])
     return left

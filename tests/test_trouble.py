@@ -260,6 +260,18 @@ class TestShape:
         expected[0, 100:140] = expected[1, 120:160] = True
         np.testing.assert_array_equal(left, expected)
 
+    def test_the_one_that_is_off_its_other_distances_too_is_the_one(self):
+        # It slides away slowly, and one of its distances alone is cut by steps; the other marker of that
+        # pair keeps its distance to the third.
+        x = self.still_points([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0]])
+        ramp = np.concatenate(
+            [np.linspace(0, 0.06, 50), np.full(30, 0.06), np.linspace(0.06, 0, 50)]
+        )
+        x[1, 1, 100:230] -= ramp
+        x[1, 0, 150:180] += 0.06
+        left = out_of_shape(x)[1]
+        assert left[1, 150:180].all() and not left[[0, 2]].any()
+
     def test_medians_are_those_of_the_distances(self):
         x = self.still_points([[0, 0, 0], [0.3, 0, 0], [0, 0.4, 0]])
         squares = out_of_shape(x)[0]
@@ -450,6 +462,11 @@ class TestCheck:
         recording = clip(3, lost=("LTOE", "LMT5", "RFIN"))
         found = check(recording, association(tmp_path))
         assert verdicts(found) == dict.fromkeys(("LTOE", "LMT5", "RFIN"), ("not seen", ""))
+
+    def test_a_marker_that_is_hardly_seen_is_not_judged(self, tmp_path):
+        recording = clip(3)
+        recording.points[12:, recording.labels.index("LFHD")] = np.nan
+        assert verdicts(check(recording, association(tmp_path))) == {}
 
     def test_one_leg_alone_can_be_checked(self, tmp_path):
         labels = marker_set("cmu")
