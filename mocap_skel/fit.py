@@ -9,19 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.association import Assignment
+from mocap_skel.cases import beside, filled, filled_by_hinge, middle
+from mocap_skel.choices import POSES, check_method
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
 from mocap_skel.joint import BEST, LEAST_SAMPLES, CentreFit, Frame, JointFit, fit_centre, unfitted
-from mocap_skel.noise import NOISES, clip_noise
-from mocap_skel.pose import Array, Pose, one_marker_pose
+from mocap_skel.left_out import LeftOut, left_out, notes
+from mocap_skel.noise import clip_noise
+from mocap_skel.pose import Array, Pose, by_rows, one_marker_pose
 from mocap_skel.shape import Shape, find_shape, median
 from mocap_skel.skeleton import Segment, Skeleton
-from mocap_skel.spherefit import METHODS, NOISELESS, DegenerateSphereError
+from mocap_skel.spherefit import DegenerateSphereError
 from mocap_skel.text import listed
+from mocap_skel.trouble import Mask, off_sphere, out_of_shape
 
-POSES = ("least-squares", "triad")
-# Only these take away any but the same noise in all directions and of all markers.
-SHAPED = (BEST, "ugdk", "mgdk", "sgdk")
 # A marker nearer to its joint than so many radial residuals shows no direction.
 NO_DIRECTION = 3.0
 
@@ -62,6 +63,7 @@ class SkeletonFit:
         segments: the segments with a pose, parents first.
         joints: one a joint of the skeleton, in its order; `JointFit.fitted` tells which are known.
         notes: what was decided and what is missing, one sentence each.
+        left_out: markers with samples that are left out because the marker was somewhere else.
     """
 
     clip: str
@@ -74,6 +76,7 @@ class SkeletonFit:
     segments: dict[str, SegmentFit]
     joints: tuple[JointFit, ...]
     notes: tuple[str, ...]
+    left_out: tuple[LeftOut, ...] = ()
 
     @property
     def time(self) -> Array:
@@ -133,6 +136,7 @@ def fit_skeleton(
     if skeleton.joints and not any(joint.fitted for joint in walk.joints):
         reasons = listed(dict.fromkeys(joint.reason for joint in walk.joints))
         raise FitError(f"{clip.name}: no joint can be fitted: {reasons}")
+    trouble = walk.left_out()
     return SkeletonFit(
         clip=clip.name,
         subject=assignment.subject,
@@ -143,26 +147,9 @@ def fit_skeleton(
         sigma=walk.sigma,
         segments=walk.segments,
         joints=tuple(walk.joints),
-        notes=tuple(walk.all_notes()),
+        notes=(*walk.all_notes(), *notes(trouble, walk.samples)),
+        left_out=trouble,
     )
-
-
-def check_method(method: str, noise: str, sigma: object) -> None:
-    """Refuse a method, a noise, or two of them that do not go together.
-
-    Raises:
-        ValueError: says which.
-    """
-    if method not in (BEST, *METHODS):
-        raise ValueError(f"method must be one of {(BEST, *METHODS)}, got {method!r}")
-    if noise not in NOISES:
-        raise ValueError(f"noise must be one of {NOISES}, got {noise!r}")
-    if noise != "rigid" and sigma is not None:
-        raise ValueError(f"noise {noise!r} is estimated, and sigma gives it: leave one of them out")
-    if method in NOISELESS and sigma is not None:
-        raise ValueError(f"{method} takes no noise: leave sigma out")
-    if method not in SHAPED and (noise != "rigid" or isinstance(sigma, np.ndarray | tuple)):
-        raise ValueError(f"{method} takes no noise matrix and no noise of each marker")
 
 
 class _Walk:
@@ -191,11 +178,17 @@ class _Walk:
         self.points = {
             name: clip.points[:, list(columns.values())] for name, columns in self.markers.items()
         }
-        self.shapes = {
-            name: found
-            for name, points in self.points.items()
-            if points.shape[1] >= 3 and (found := find_shape(points)) is not None
-        }
+        self.samples = sum(int(np.isfinite(p[..., 0]).sum()) for p in self.points.values())
+        self.masks: dict[str, Mask] = {}
+        self.shapes: dict[str, tuple[Shape, Pose]] = {}
+        for name, points in self.points.items():
+            if points.shape[1] >= 2:
+                squares, left = out_of_shape(by_rows(points))
+                if left is not None:
+                    self._leave_out(name, left.T)
+                shape = find_shape(points, squares) if points.shape[1] >= 3 else None
+                if shape is not None:
+                    self.shapes[name] = shape
         self.noise = clip_noise(self.points, self.shapes, sigma, noise)
         self.sigma = self.noise.sigma
         if self.noise.note:
@@ -211,6 +204,16 @@ class _Walk:
         if lost:
             self.lost.append(f"{listed(lost)} ({segment})")
         return there
+
+    def _leave_out(self, segment: str, left: Mask) -> None:
+        """Samples (frames, M) of a segment's markers that nothing from here on shall see."""
+        self.masks[segment] = left | self.masks.get(segment, False)
+        self.points[segment][left] = np.nan
+
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """The record of all that was left out."""
+        tracks = {joint.child: joint.track for joint in self.joints if joint.fitted}
+        return left_out(self.clip, self.markers, self.points, self.masks, tracks)
 
     def all_notes(self) -> list[str]:
         """The notes, one sentence a kind: a leg-only clip of the standard human has many of some."""
@@ -268,16 +271,13 @@ class _Walk:
     def _joint(self, segment: Segment) -> JointFit | None:
         assert segment.parent is not None and segment.joint is not None
         parent = self.segments[segment.parent]
-        own = self.shapes.get(segment.name)
-        found = fit_centre(
-            parent.pose.to_segment(self.points[segment.name]),
-            self.sigma,
-            max(own[0].sigma if own else 0.0, self.sigma),
-            self.frames[segment.parent],
-            self.method,
-            self.noise.in_frame(parent.pose),
-            each=self.noise.each,
-        )
+        points = self.points[segment.name]
+        inside = parent.pose.to_segment(points)
+        found = self._centre(segment, inside)
+        left = None if found is None else off_sphere(inside, points, found.centre)
+        if left is not None:
+            self._leave_out(segment.name, left)
+            found = self._centre(segment, np.where(left[..., None], np.nan, inside))
         if found is None:
             return None
         used = np.isfinite(found.radius)
@@ -293,6 +293,19 @@ class _Walk:
             **{f.name: getattr(found, f.name) for f in fields(CentreFit)},
         )
 
+    def _centre(self, segment: Segment, inside: Array) -> CentreFit | None:
+        assert segment.parent is not None
+        own = self.shapes.get(segment.name)
+        return fit_centre(
+            inside,
+            self.sigma,
+            max(own[0].sigma if own else 0.0, self.sigma),
+            self.frames[segment.parent],
+            self.method,
+            self.noise.in_frame(self.segments[segment.parent].pose),
+            each=self.noise.each,
+        )
+
     def _markers_pose(self, name: str) -> Pose:
         shape, pose = self.shapes[name]
         return shape.triad_pose(self.points[name]) if self.triad else pose
@@ -304,23 +317,23 @@ class _Walk:
         if segment.name in self.shapes:
             shape = self.shapes[segment.name][0]
             pose = self._markers_pose(segment.name)
-            at = _middle(pose.to_segment(joint.track[:, None])[:, 0])
+            at = middle(pose.to_segment(joint.track[:, None])[:, 0])
             if not pose.known.all():
                 template, weights = np.vstack([shape.template, at]), np.append(shape.weights, 1.0)
                 extended = Shape(template, weights, shape.chosen, shape.sigma)
-                pose = _filled(pose, extended.pose(_beside(points, joint.track)))
+                pose = filled(pose, extended.pose(beside(points, joint.track)))
                 if joint.hinge:
-                    pose = _filled_by_hinge(pose, extended, points, joint.track, axis)
+                    pose = filled_by_hinge(pose, extended, points, joint.track, axis)
             self._add(segment, pose, Frame(shape), shape, at)
             return
-        with_joint = _beside(points, joint.track)
+        with_joint = beside(points, joint.track)
         found = find_shape(with_joint) if points.shape[1] >= 2 else None
         if found is not None:
             shape, pose = found
             if self.triad:
                 pose = shape.triad_pose(with_joint)
             if joint.hinge:
-                pose = _filled_by_hinge(pose, shape, points, joint.track, axis)
+                pose = filled_by_hinge(pose, shape, points, joint.track, axis)
             frame = Frame(shape)
             if joint.determined == "no":
                 doubt = f"the frame of {segment.name} rests on {joint.joint}, which is not known"
@@ -342,7 +355,7 @@ class _Walk:
                 np.where(seen[..., None], parent.rotation, np.nan),
                 np.where(seen, points[:, m], np.nan),
             )
-            at = _middle(pose.to_segment(joint.track[:, None])[:, 0])
+            at = middle(pose.to_segment(joint.track[:, None])[:, 0])
             self.notes.append(
                 f"{segment.name} turns with {joint.parent}: its one marker is no farther from "
                 f"{joint.joint} than noise"
@@ -382,38 +395,3 @@ class _Walk:
         through = tuple(names[i] for i in shape.chosen)
         self.segments[segment.name] = SegmentFit(segment.name, pose, template, joint, end, through)
         self.frames[segment.name] = frame
-
-
-def _filled(pose: Pose, other: Pose) -> Pose:
-    """The first pose where it is known, the second elsewhere."""
-    known = pose.known
-    if known.all():
-        return pose
-    return Pose(
-        np.where(known[:, None, None], pose.rotation, other.rotation),
-        np.where(known[:, None], pose.origin, other.origin),
-    )
-
-
-def _filled_by_hinge(pose: Pose, shape: Shape, points: Array, joint: Array, axis: Array) -> Pose:
-    """Case 3 in frames where one marker is left: a hinge's axis is fixed in the child as well.
-
-    The shape's last point is the joint; joint and axis are lab tracks (frames, 3).
-    """
-    inside = _middle(np.einsum("fji,fj->fi", pose.rotation, axis))
-    places, at = shape.template[:-1], shape.template[-1]
-    for m, place in enumerate(places):
-        if pose.known.all():
-            break
-        pose = _filled(pose, one_marker_pose(points[:, m], joint, axis, place, at, inside))
-    return pose
-
-
-def _beside(points: Array, track: Array) -> Array:
-    """Points (frames, M, 3) with a track (frames, 3) as one more."""
-    return np.concatenate([points, track[:, None]], axis=1)
-
-
-def _middle(values: Array) -> Array:
-    """Median place (3,) of a track (frames, 3), over the frames in which it is known."""
-    return median(np.ascontiguousarray(values.T))

@@ -53,15 +53,16 @@ class Shape:
         return triad_pose(points, self.template, self.chosen)
 
 
-def find_shape(points: Array) -> tuple[Shape, Pose] | None:
+def find_shape(points: Array, squares: Array | None = None) -> tuple[Shape, Pose] | None:
     """The rigid shape behind points of shape (frames, M, 3) and its least-squares pose in every frame.
 
     Closed form and blind to the order of frames: median squared distances give the configuration by
     classical scaling (Torgerson 1952), poses onto it give each point's median place and spread.
-    None if fewer than three points are ever seen together, or if they lie on a line.
+    None if fewer than three points are ever seen together, or if they lie on a line. Squared median
+    distances (M, M) that are known already save the time to find them.
     """
     x = by_rows(points)
-    template = _scaling(x)
+    template = _scaling(x, _squares(x) if squares is None else squares)
     if template is None:
         return None
     count = len(template)
@@ -115,13 +116,18 @@ def median(values: Array) -> Array:
     return np.asarray(np.take_along_axis(placed, rank[..., None], axis=-1)[..., 0])
 
 
-def _scaling(x: Array) -> Array | None:
-    """A configuration (M, 3) of the points x (M, 3, F), NaN for points not seen with the others."""
-    count = len(x)
-    square = np.zeros((count, count))
-    for i, j in combinations(range(count), 2):
+def _squares(x: Array) -> Array:
+    """Squared median distances (M, M) of the points x (M, 3, F)."""
+    square = np.zeros((len(x), len(x)))
+    for i, j in combinations(range(len(x)), 2):
         away = x[i] - x[j]
         square[i, j] = square[j, i] = median(np.einsum("df,df->f", away, away))
+    return square
+
+
+def _scaling(x: Array, square: Array) -> Array | None:
+    """A configuration (M, 3) of the points x (M, 3, F), NaN for points not seen with the others."""
+    count = len(x)
     seen = np.isfinite(x[:, 0]).sum(axis=1)
     core: list[int] = []
     for i in np.argsort(-seen, kind="stable"):

@@ -31,8 +31,8 @@ from mocap_skel.artificial import (
     range_of_motion,
     record,
 )
+from mocap_skel.choices import NOISES, SHAPED, check_method
 from mocap_skel.errors import FitError
-from mocap_skel.fit import NOISES, SHAPED, check_method
 from mocap_skel.joint import BEST, Frame, fit_centre
 from mocap_skel.noise import ClipNoise, clip_noise, rigid_noise_matrix
 from mocap_skel.pose import Pose

@@ -12,7 +12,7 @@ file becomes a figure by `figure_of`, `markers_of` and `ranges_of`; any other is
 with a dict of markers, moved by `circumduct` or a `Motion`.
 """
 
-from mocap_skel.artificial.faults import Faults
+from mocap_skel.artificial.faults import Faults, Swap
 from mocap_skel.artificial.figure import STATURE, Figure, Motion, Pose, Segment, Vector, human
 from mocap_skel.artificial.markers import LABELS, MarkerSet, marker_set
 from mocap_skel.artificial.motion import (
@@ -42,6 +42,7 @@ __all__ = [
     "Pose",
     "Recording",
     "Segment",
+    "Swap",
     "Vector",
     "circumduct",
     "dance",

@@ -61,6 +61,10 @@ def parser() -> argparse.ArgumentParser:
     make.add_argument("--slide", type=length, default=0.0, help="skin at 90 degrees, e.g. 5mm")
     make.add_argument("--dropout", type=float, default=0.0, help="share missing, e.g. 0.2")
     make.add_argument("--burst", type=float, default=10.0, help="mean frames missing (default: 10)")
+    make.add_argument("--outliers", type=float, default=0.0, help="share 0.5 m away, e.g. 0.01")
+    make.add_argument(
+        "--outlier-burst", type=float, default=1.0, help="mean frames of a stay there"
+    )
     make.add_argument("--lost", type=names, default=(), metavar="LABELS", help="e.g. LKNE,RTHI")
     make.add_argument("--subjects", type=names, default=(), metavar="NAMES", help="Anna,Ben")
     make.add_argument("--stature", type=length, default=STATURE, help="(default: 1.75 m)")
@@ -101,6 +105,8 @@ def _clip(args: argparse.Namespace) -> Recording:
         dropout=args.dropout,
         burst=args.burst,
         lost=args.lost,
+        outliers=args.outliers,
+        outlier_burst=args.outlier_burst,
     )
     make = _human if args.figure == STANDARD else _other
     clips = [

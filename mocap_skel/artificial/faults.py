@@ -1,4 +1,4 @@
-"""What a camera system and the skin do to markers: noise, slide and drop-outs, all seeded."""
+"""What cameras, labelling and skin do to markers: noise, slide, drop-outs, outliers, swaps, all seeded."""
 
 from __future__ import annotations
 
@@ -9,6 +9,21 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Swap:
+    """Two markers whose labels are exchanged from one frame up to before another.
+
+    Attributes:
+        first, second: their labels.
+        start, stop: indices of frames, `stop` itself left out; None = to the end of the clip.
+    """
+
+    first: str
+    second: str
+    start: int = 0
+    stop: int | None = None
 
 
 @dataclass(frozen=True)
@@ -27,6 +42,10 @@ class Faults:
         burst: mean length of a drop-out, frames. Where `dropout` leaves less than one frame
             between bursts on average, they last longer.
         lost: labels of markers that are missing in the whole clip.
+        outliers: share of the samples that are somewhere else, 0 to below 1, independently per marker.
+        outlier_size: how far away, metres, in a direction of each burst's own: a ghost or a jump.
+        outlier_burst: mean length of a stay there, frames; 1 gives single samples almost only.
+        swaps: labels that are exchanged for a while, one after the other.
 
     Raises:
         ValueError: a value out of its range.
@@ -39,6 +58,10 @@ class Faults:
     dropout: float = 0.0
     burst: float = 10.0
     lost: tuple[str, ...] = ()
+    outliers: float = 0.0
+    outlier_size: float = 0.5
+    outlier_burst: float = 1.0
+    swaps: tuple[Swap, ...] = ()
 
     def __post_init__(self) -> None:
         if min(self.sigma, self.correlated, self.slide) < 0:
@@ -49,6 +72,10 @@ class Faults:
             raise ValueError(f"dropout is a share from 0 to below 1, got {self.dropout}")
         if not self.burst >= 1:
             raise ValueError(f"burst must be at least one frame, got {self.burst}")
+        if not 0 <= self.outliers < 1:
+            raise ValueError(f"outliers is a share from 0 to below 1, got {self.outliers}")
+        if not (self.outlier_size >= 0 and self.outlier_burst >= 1):
+            raise ValueError("outlier_size cannot be negative, outlier_burst not below one frame")
 
 
 def correlated_noise(shape: tuple[int, ...], memory: float, rng: np.random.Generator) -> Array:
@@ -115,3 +142,19 @@ def missing_samples(
         count = int(np.searchsorted(np.cumsum(lengths), frames)) + 1
         mask[:, marker] = np.repeat(states[:count], lengths[:count])[:frames]
     return mask
+
+
+def outlier_tracks(
+    frames: int, markers: int, share: float, burst: float, rng: np.random.Generator
+) -> tuple[Mask, Array]:
+    """Which samples are somewhere else, (frames, markers), and their unit directions (frames, markers, 3).
+
+    A stay keeps its direction; shares and lengths as for `missing_samples`.
+    """
+    away = missing_samples(frames, markers, share, burst, rng)
+    directions = rng.standard_normal((frames, markers, 3))
+    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+    starts = away & ~np.vstack([np.zeros((1, markers), dtype=np.bool_), away[:-1]])
+    # A sample takes the direction that was drawn for the frame in which its stay began.
+    begun = np.maximum.accumulate(np.where(starts, np.arange(frames)[:, None], 0), axis=0)
+    return away, np.take_along_axis(directions, begun[..., None], axis=0)

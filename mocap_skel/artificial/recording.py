@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from mocap_skel.artificial.faults import (
     Faults,
     correlated_noise,
     missing_samples,
+    outlier_tracks,
     slide_tracks,
 )
 from mocap_skel.artificial.figure import Figure, Motion, Pose, Vector
@@ -19,6 +20,7 @@ from mocap_skel.artificial.markers import MarkerSet
 from mocap_skel.artificial.rotations import half_sine
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,8 @@ class Recording:
         poses: segment -> its pose in every frame.
         subjects: their names, if the recording is of named subjects; they then prefix the keys of
             `truth`, `constants` and `poses` too.
+        wrong: samples that are not where their marker is, (frames, markers): outliers and swaps.
+            Empty, (0, 0), if there are none.
     """
 
     points: Array
@@ -47,6 +51,7 @@ class Recording:
     constants: Mapping[str, Array]
     poses: Mapping[str, Pose]
     subjects: tuple[str, ...] = ()
+    wrong: Mask = field(default_factory=lambda: np.zeros((0, 0), dtype=np.bool_))
 
 
 def record(
@@ -63,14 +68,14 @@ def record(
 
     Args:
         figure, markers, motion: who, what is seen of it, and what it does.
-        faults: noise, slide and drop-outs; none by default.
+        faults: noise, slide, drop-outs, outliers, swaps; none by default.
         seed: of the faults. Each kind has a stream of its own: more noise leaves the gaps alone.
         first_frame: number of the first frame, counted from 1.
         place: where the figure's origin stands, metres.
 
     Raises:
         ValueError: no markers, a marker on a segment that the figure does not have, a lost marker
-            that is not in the set.
+            or a swapped one that is not in the set.
     """
     faults = faults or Faults()
     labels = tuple(markers)
@@ -78,7 +83,7 @@ def record(
     moved = Motion(motion.rate, motion.shift + np.array(place), motion.rotations)
     poses = figure.poses(moved)
     clean = np.stack([poses[name].place(point) for name, point in markers.values()], axis=1)
-    white, slow, skin, gaps = np.random.default_rng(seed).spawn(4)
+    white, slow, skin, gaps, stray = np.random.default_rng(seed).spawn(5)
     points = clean.copy()
     if faults.slide:
         points += faults.slide * _skin(figure, markers, poses, motion, skin)
@@ -88,6 +93,7 @@ def record(
     if faults.sigma:
         points += faults.sigma * white.standard_normal(points.shape)
     frames = len(points)
+    wrong = _misplace(points, labels, faults, stray)
     points[missing_samples(frames, len(labels), faults.dropout, faults.burst, gaps)] = np.nan
     points[:, [label in faults.lost for label in labels]] = np.nan
     joints = figure.joints
@@ -100,6 +106,7 @@ def record(
         truth={joint: poses[child.name].origin for joint, child in joints.items()},
         constants={joint: np.array(child.offset) for joint, child in joints.items()},
         poses=poses,
+        wrong=wrong & np.isfinite(points[..., 0]) if wrong.size else wrong,
     )
 
 
@@ -130,7 +137,32 @@ def merge(recordings: Mapping[str, Recording]) -> Recording:
         constants={f"{name}:{key}": c for name, r in each for key, c in r.constants.items()},
         poses={f"{name}:{key}": pose for name, r in each for key, pose in r.poses.items()},
         subjects=tuple(recordings),
+        wrong=_side_by_side(list(recordings.values())),
     )
+
+
+def _side_by_side(recordings: list[Recording]) -> Mask:
+    """The wrong samples of several subjects, (frames, all markers), or the empty array."""
+    if not any(r.wrong.size for r in recordings):
+        return recordings[0].wrong
+    each = [r.wrong if r.wrong.size else np.zeros(r.points.shape[:2], np.bool_) for r in recordings]
+    return np.concatenate(each, axis=1)
+
+
+def _misplace(
+    points: Array, labels: tuple[str, ...], faults: Faults, rng: np.random.Generator
+) -> Mask:
+    """Move outliers and exchange swapped markers in place; which samples that made wrong."""
+    if not (faults.outliers or faults.swaps):
+        return np.zeros((0, 0), dtype=np.bool_)
+    frames, markers, _ = points.shape
+    wrong, ways = outlier_tracks(frames, markers, faults.outliers, faults.outlier_burst, rng)
+    points += faults.outlier_size * np.where(wrong[..., None], ways, 0.0)
+    for swap in faults.swaps:
+        pair = [labels.index(swap.first), labels.index(swap.second)]
+        points[swap.start : swap.stop, pair] = points[swap.start : swap.stop, pair[::-1]]
+        wrong[swap.start : swap.stop, pair] = True
+    return wrong
 
 
 def _check(figure: Figure, markers: MarkerSet, faults: Faults) -> None:
@@ -140,9 +172,13 @@ def _check(figure: Figure, markers: MarkerSet, faults: Faults) -> None:
     for label, (segment, _) in markers.items():
         if segment not in known:
             raise ValueError(f"marker {label!r} is on {segment!r}, which the figure does not have")
-    unknown = sorted(set(faults.lost) - set(markers))
-    if unknown:
-        raise ValueError(f"lost markers that are not in the set: {', '.join(unknown)}")
+    for what, named in (
+        ("lost", faults.lost),
+        ("swapped", tuple(name for s in faults.swaps for name in (s.first, s.second))),
+    ):
+        unknown = sorted(set(named) - set(markers))
+        if unknown:
+            raise ValueError(f"{what} markers that are not in the set: {', '.join(unknown)}")
 
 
 def _skin(

@@ -16,7 +16,7 @@ from mocap_skel.errors import CallError, MocapSkelError
 COMMANDS = {
     "fit": "Fit a skeleton to clips: joint centres, moving skeleton, evidence.",
     "inspect": "Show what is in a clip before anyone fits it.",
-    "assoc": "Association files: guess one for a clip, list and show the shipped ones.",
+    "assoc": "Association files: guess one for a clip, check one, list and show the shipped ones.",
     "methods": "Compare the sphere fits: the thesis's Table 4, measured now.",
     "study": "Repeat the thesis's experiments: resample, speed, accuracy.",
 }

@@ -14,6 +14,10 @@ SUBCOMMANDS = {
     ),
     "list": ("assoc_show:list_", "List the shipped association files."),
     "show": ("assoc_show:show", "Print an association file."),
+    "check": (
+        "assoc_check:command",
+        "Check whether each marker of a clip moves with its segment.",
+    ),
     "standard": ("assoc_show:standard", "Print the standard markers: the thesis's Table 1."),
 }
 

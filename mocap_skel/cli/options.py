@@ -74,8 +74,8 @@ def check_estimation(method: str, noise: str, sigma: object) -> None:
     Raises:
         CallError: --method, --noise and --sigma contradict each other.
     """
+    from mocap_skel.choices import check_method
     from mocap_skel.extras import extra
-    from mocap_skel.fit import check_method
 
     if method == "mle":
         extra("scipy.optimize", "mle")
