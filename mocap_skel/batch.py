@@ -63,12 +63,12 @@ class Job:
         assert self.association is not None
         return self.association
 
-    def fit(self, clip: Clip, assignment: Assignment) -> SkeletonFit:
+    def fit(self, clip: Clip, assignment: Assignment, *, search: bool = True) -> SkeletonFit:
         """One subject of a clip, fitted as the job says."""
         sigma = np.diag(np.square(self.sigma)) if isinstance(self.sigma, tuple) else self.sigma
         return fit_skeleton(
             clip, assignment, self.known.skeleton, sigma=sigma, pose=self.pose,
-            method=self.method, noise=self.noise,
+            method=self.method, noise=self.noise, search=search,
         )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.association import Assignment
 from mocap_skel.cases import beside, filled, filled_by_hinge, middle
-from mocap_skel.choices import POSES, check_method
+from mocap_skel.choices import POSES, SHAPED, check_method
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
 from mocap_skel.joint import BEST, LEAST_SAMPLES, CentreFit, Frame, JointFit, fit_centre, unfitted
@@ -106,6 +106,7 @@ def fit_skeleton(
     pose: str = "least-squares",
     method: str = BEST,
     noise: str = "rigid",
+    search: bool = True,
 ) -> SkeletonFit:
     """Fit a skeleton to one subject of a clip.
 
@@ -121,6 +122,8 @@ def fit_skeleton(
         noise: how it is estimated. "rigid": one level for the clip, from the rigidity of the segments.
             "matrix": a whole matrix for the clip, from the same residuals. "marker": a level for each
             marker, from its own radial residuals, and weights that go with it.
+        search: whether swapped, ghost and jumping markers are looked for; not in frames that do not follow
+            each other, where every step is a jump.
 
     Raises:
         ValueError: no such pose, method or noise, or two that do not go together.
@@ -130,11 +133,11 @@ def fit_skeleton(
     if pose not in POSES:
         raise ValueError(f"pose must be one of {POSES}, got {pose!r}")
     check_method(method, noise, sigma)
-    walk = _Walk(clip, assignment, skeleton, sigma, pose == "triad", method, noise)
+    walk = _Walk(clip, assignment, skeleton, sigma, pose == "triad", method, noise, search)
     for segment in skeleton.segments:
         walk.visit(segment)
     if skeleton.joints and not any(joint.fitted for joint in walk.joints):
-        reasons = listed(dict.fromkeys(joint.reason for joint in walk.joints))
+        reasons = "; ".join(dict.fromkeys(joint.reason for joint in walk.joints))
         raise FitError(f"{clip.name}: no joint can be fitted: {reasons}")
     trouble = walk.left_out()
     return SkeletonFit(
@@ -164,9 +167,10 @@ class _Walk:
         triad: bool,
         method: str,
         noise: str,
+        search: bool,
     ) -> None:
         self.clip, self.skeleton, self.triad = clip, skeleton, triad
-        self.method = method
+        self.method, self.search = method, search
         self.notes: list[str] = []
         self.lost: list[str] = []
         self.segments: dict[str, SegmentFit] = {}
@@ -182,17 +186,23 @@ class _Walk:
         self.masks: dict[str, Mask] = {}
         self.shapes: dict[str, tuple[Shape, Pose]] = {}
         for name, points in self.points.items():
-            if points.shape[1] >= 2:
+            squares = None
+            if search and points.shape[1] >= 2:
                 squares, left = out_of_shape(by_rows(points))
                 if left is not None:
                     self._leave_out(name, left.T)
-                shape = find_shape(points, squares) if points.shape[1] >= 3 else None
-                if shape is not None:
-                    self.shapes[name] = shape
+            shape = find_shape(points, squares) if points.shape[1] >= 3 else None
+            if shape is not None:
+                self.shapes[name] = shape
         self.noise = clip_noise(self.points, self.shapes, sigma, noise)
         self.sigma = self.noise.sigma
         if self.noise.note:
             self.notes.append(self.noise.note)
+        if method not in SHAPED:
+            self.notes.append(
+                f"{method.upper()} leaves in the noise of the segments' frames: elbows and knees may be off "
+                "by more than their standard errors"
+            )
 
     def _seen(self, segment: str, columns: dict[str, int]) -> dict[str, int]:
         there = {
@@ -274,7 +284,9 @@ class _Walk:
         points = self.points[segment.name]
         inside = parent.pose.to_segment(points)
         found = self._centre(segment, inside)
-        left = None if found is None else off_sphere(inside, points, found.centre)
+        left = None
+        if self.search and found is not None:
+            left = off_sphere(inside, points, found.centre)
         if left is not None:
             self._leave_out(segment.name, left)
             found = self._centre(segment, np.where(left[..., None], np.nan, inside))

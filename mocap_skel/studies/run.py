@@ -21,6 +21,7 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, OutputError
 from mocap_skel.export.files import check_folder, check_free, safe_name, write_all
 from mocap_skel.export.tables_csv import rows_csv
+from mocap_skel.fit import SkeletonFit
 from mocap_skel.readers import read_clip
 from mocap_skel.studies import accuracy, speed, tables
 from mocap_skel.studies.parallel import in_parallel
@@ -140,6 +141,7 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
     names = where.names(f"{stem}.resample", csv, ["figure24"])
     # The whole clip first: one that cannot be fitted, or a folder that cannot be written to, is told at once.
     whole = job.fit(clip, subject)
+    clip = _without(clip, subject, whole)
     check_folder(where.folder)
     store = _Store(where.folder / f".{stem}.resample-{_key(clip, subject, job, plan)}")
     answers = _all_passes(clip, subject, job, plan, where, store)
@@ -170,6 +172,16 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
     done = _written(where, names, found, {"figure24": figure24})
     store.forget()
     return done
+
+
+def _without(clip: Clip, subject: Assignment, whole: SkeletonFit) -> Clip:
+    """The clip without the samples that its fit has left out: in frames that are drawn from it, they
+    could not be told from others by their steps.
+    """
+    points = clip.points.copy()
+    for left in whole.left_out:
+        points[left.frames - clip.first_frame, subject.columns[left.segment][left.marker]] = np.nan
+    return replace(clip, points=points)
 
 
 def _in_words(summary: Summary, failed: int) -> list[str]:
@@ -232,7 +244,7 @@ def _all_passes(
 def _refit_block(
     clip: Clip, subject: Assignment, job: Job, seed: int, task: tuple[int, range]
 ) -> list[Answer]:
-    return refits(clip, lambda part: job.fit(part, subject), task[0], task[1], seed)
+    return refits(clip, lambda part: job.fit(part, subject, search=False), task[0], task[1], seed)
 
 
 def _key(clip: Clip, subject: Assignment, job: Job, plan: Resampling) -> str:
