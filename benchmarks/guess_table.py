@@ -39,6 +39,7 @@ FILES = {
     "odd_files/sub_labels": "plug_in_gait_kad",
     "odd_files/duplicate_labels": "wheelchair_upper_body",
     "odd_files/Dance": "phoenix_channels",
+    "odd_files/bad_parameter_section": "numbered_points",
 }
 
 

@@ -41,3 +41,9 @@ def beside(points: Array, track: Array) -> Array:
 def middle(values: Array) -> Array:
     """Median place (3,) of a track (frames, 3), over the frames in which it is known."""
     return median(np.ascontiguousarray(values.T))
+
+
+def turned_with(parent: Pose, marker: Array) -> Pose:
+    """A marker (frames, 3) with its parent's turn, where both are seen."""
+    seen = (parent.known & np.isfinite(marker[:, 0]))[:, None]
+    return Pose(np.where(seen[..., None], parent.rotation, np.nan), np.where(seen, marker, np.nan))

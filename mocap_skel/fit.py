@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.association import Assignment
-from mocap_skel.cases import beside, filled, filled_by_hinge, middle
+from mocap_skel.cases import beside, filled, filled_by_hinge, middle, turned_with
 from mocap_skel.choices import POSES, SHAPED, check_method
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
@@ -361,12 +361,7 @@ class _Walk:
         distance = float(median(np.linalg.norm(points[:, m] - joint.track, axis=1)))
         if distance < NO_DIRECTION * joint.residual:
             # The line from joint to marker is noise; the parent's turn is the best that is known.
-            parent = self.segments[joint.parent].pose
-            seen = (parent.known & np.isfinite(points[:, m, 0]))[:, None]
-            pose = Pose(
-                np.where(seen[..., None], parent.rotation, np.nan),
-                np.where(seen, points[:, m], np.nan),
-            )
+            pose = turned_with(self.segments[joint.parent].pose, points[:, m])
             at = middle(pose.to_segment(joint.track[:, None])[:, 0])
             self.notes.append(
                 f"{segment.name} turns with {joint.parent}: its one marker is no farther from "

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mocap_skel.lever import Lever
 from mocap_skel.pose import Array
 from mocap_skel.shape import Shape
 from mocap_skel.spherefit import (
@@ -36,14 +37,6 @@ LEAST_SHARE = 0.1
 # The method that suits a joint: UGDK, MGDK or SGDK, and no sphere that the data do not show.
 BEST = "best"
 VERDICTS = ("no", "weak", "yes")
-# _CROSS[j] @ v is the j-th unit vector × v.
-_CROSS = np.array(
-    [
-        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
-        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],
-        [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
-    ]
-)
 # Fewer samples than unknowns (a centre and a radius) show nothing at all.
 LEAST_SAMPLES = 4
 
@@ -183,7 +176,7 @@ def fit_centre(
     if moments.count.max(initial=0) < LEAST_SAMPLES:
         return None
     eye = np.broadcast_to(np.eye(3), (inside.shape[1], 3, 3))
-    lever = _Lever.of(frame, noise)
+    lever = Lever.of(frame.shape, noise)
     leverage = np.zeros_like(eye) if lever is None else lever.covariance(moments)
     own = eye if noise is None else np.broadcast_to(noise, eye.shape)
     weights = np.ones(len(eye))
@@ -253,7 +246,7 @@ def _fit(
     sigma: float,
     noise: Array,
     weights: Array | None,
-    lever: _Lever | None,
+    lever: Lever | None,
 ) -> SphereFit:
     """The sphere fit with the clip's noise, (M, 3, 3) for a sigma of 1, taken away by what can take it."""
     points = np.swapaxes(inside, 0, 1)
@@ -284,75 +277,6 @@ def _worst_error(covariance: Array) -> float:
 
 def _root_mean_square(lengths: Array) -> float:
     return float(np.sqrt(np.mean(lengths**2)))
-
-
-@dataclass(frozen=True, eq=False)
-class _Lever:
-    """What noise of the parent's markers does to a point in the parent's frame, for a σ of 1.
-
-    The frame turns about its axes by independent small angles, and a point y moves by angle × y.
-
-    Attributes:
-        origin: (3, 3) covariance of the frame's origin.
-        turns: (3,) variances of the angles, radians² a metre².
-        axes: (3, 3), the axes of the turns as rows.
-        cross: (3, 3, 3), their cross products: cross[k] @ y is axis k × y.
-    """
-
-    origin: Array
-    turns: Array
-    axes: Array
-    cross: Array
-
-    @staticmethod
-    def of(frame: Frame, noise: Array | None = None) -> _Lever | None:
-        """None for a frame on one marker, whose noise the markers' places do not tell.
-
-        With Σ a marker's noise, n its displacement, t its place about the centroid and I = Σ |t|² - t tᵀ,
-        a least-squares frame moves by the mean of n and turns by I⁻¹ Σ t × n: independent of each other.
-        """
-        if frame.shape is None:
-            return None
-        template = frame.shape.template[np.isfinite(frame.shape.template[:, 0])]
-        centred = template - template.mean(axis=0)
-        scatter = centred.T @ centred
-        angles = np.linalg.inv(np.trace(scatter) * np.eye(3) - scatter)
-        if noise is None:
-            noise = np.eye(3)
-        else:
-            arms = np.einsum("mj,jil->mil", centred, _CROSS)
-            angles = angles @ np.einsum("mij,jk,mlk->il", arms, noise, arms) @ angles
-        turns, axes = np.linalg.eigh(angles)
-        return _Lever(noise / len(centred), turns, axes.T, np.einsum("kj,jil->kil", axes.T, _CROSS))
-
-    def covariance(self, moments: Moments) -> Array:
-        """(M, 3, 3): Σ of the noise at the points' places, averaged over them."""
-        at = moments.mean[..., :, None] * moments.mean[..., None, :] + moments.covariance
-        # u × y over all places y of the marker: [u]× E[y yᵀ] [u]×ᵀ
-        each = self.cross @ at[:, None] @ self.cross.transpose(0, 2, 1)
-        return np.asarray(np.einsum("k,mkij->mij", self.turns, each) + self.origin)
-
-    def third_moment(self, moments: Moments, inside: Array) -> Array:
-        """(M, 3): what the noise adds to S because it grows with the distance from the frame.
-
-        With e the noise at y = ȳ + d, E[S] gains E[d |e|²] + 2 E[e (e·d)]. For a turn about u, |e|² is
-        |u × y|² and e (e·d) is (u × y)((u × ȳ)·d). Noise that is the same everywhere adds nothing.
-        """
-        deviation = inside - moments.mean
-        deviation[np.isnan(deviation)] = 0.0
-        along = (deviation.reshape(-1, 3) @ self.axes.T).reshape(deviation.shape)
-        below = np.maximum(moments.count - 1.0, 1.0)[:, None, None]
-        squared = (along * along).transpose(1, 2, 0) @ deviation.transpose(1, 0, 2) / below
-        arm = np.einsum("kij,mj->mki", self.cross, moments.mean)
-        # |u × y|² is y·(-[u]×²)y, and -[u]× (u × ȳ) is the part of ȳ across u.
-        across = -np.einsum("kij,mkj->mki", self.cross, arm)
-        each = (
-            2 * np.einsum("mij,mkj->mki", moments.covariance, across)
-            + moments.third[:, None]
-            - squared
-            + 2 * np.einsum("kij,mjl,mkl->mki", self.cross, moments.covariance, arm)
-        )
-        return np.asarray(np.einsum("k,mki->mi", self.turns, each))
 
 
 def _pooled(matrices: Array, moments: Moments) -> Array:

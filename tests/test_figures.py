@@ -350,6 +350,7 @@ SETS = {
     "plug_in_gait/HC055A34": "oxford_foot_model",
     "two_subjects/kinematics_tennis_serve_2players": "plug_in_gait",
     "odd_files/Dance": "phoenix_channels",
+    "odd_files/bad_parameter_section": "numbered_points",
     "odd_files/Eb015pi": "lower_body_plates",
     "odd_files/Eb015si": "lower_body_plates",
     "odd_files/duplicate_labels": "wheelchair_upper_body",

@@ -15,10 +15,10 @@ from mocap_skel.joint import (
     SAFE_ERROR,
     Frame,
     JointFit,
-    _Lever,
     fit_centre,
     unfitted,
 )
+from mocap_skel.lever import Lever
 from mocap_skel.pose import least_squares_pose
 from mocap_skel.shape import Shape
 from mocap_skel.spherefit import mgdk, sphere_moments
@@ -238,7 +238,7 @@ class TestFrameNoise:
         places = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [-0.1, 0.4, 0.2]])
         points = np.broadcast_to(places, (runs, 3, 3))
         noise = noisy_frames(points, TEMPLATE, sigma, rng) - places
-        lever = _Lever.of(frame_on())
+        lever = Lever.of(frame_on().shape)
         expected = sigma**2 * lever.covariance(sphere_moments(np.swapaxes(points, 0, 1)))
         for m in range(3):
             found = noise[:, m].T @ noise[:, m] / runs
@@ -250,7 +250,7 @@ class TestFrameNoise:
 
     def test_its_covariance_is_averaged_over_the_places_of_a_marker(self):
         points = on_sphere(1.0, 200, np.random.default_rng(12))
-        lever = _Lever.of(frame_on())
+        lever = Lever.of(frame_on().shape)
         at_once = lever.covariance(sphere_moments(np.swapaxes(points, 0, 1)))[0]
         each = [lever.covariance(sphere_moments(p[None, None])) for p in points[:, 0]]
         # C divides by N - 1, the average by N.
@@ -262,7 +262,7 @@ class TestFrameNoise:
         rng, sigma, runs = np.random.default_rng(13), 0.002, 4000
         points = on_sphere(0.8, 60, rng, markers=2)
         clean = sphere_moments(np.swapaxes(points, 0, 1))
-        lever = _Lever.of(frame_on())
+        lever = Lever.of(frame_on().shape)
         expected = sigma**2 * lever.third_moment(clean, points)
         noise = sigma * rng.standard_normal((runs * len(points), *TEMPLATE.shape))
         third = []
@@ -313,7 +313,7 @@ class TestFrameNoise:
         assert (np.abs(mean) <= 4 * chance + 0.1 * np.abs(bias).max()).all()
 
     def test_a_frame_on_one_marker_has_no_lever(self):
-        assert _Lever.of(EXACT) is None
+        assert Lever.of(EXACT.shape) is None
 
 
 def arc(half_angle, count, sigma, rng):

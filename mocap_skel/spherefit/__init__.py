@@ -9,8 +9,6 @@ from mocap_skel.spherefit.bounds import (
     largest_noise,
 )
 from mocap_skel.spherefit.estimators import (
-    DegenerateSphereError,
-    SphereFit,
     allowed_sigma,
     gdke,
     mgdk,
@@ -30,6 +28,7 @@ from mocap_skel.spherefit.noise import (
     radial_noise_matrix,
 )
 from mocap_skel.spherefit.running import RunningFit, igdk, running_centres
+from mocap_skel.spherefit.system import DegenerateSphereError, SphereFit
 
 __all__ = [
     "METHODS",

@@ -7,107 +7,20 @@ All solve the same linear system and differ in what they take away from C (``met
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mocap_skel.errors import MocapSkelError
 from mocap_skel.spherefit.moments import Array, Moments
-
-
-class DegenerateSphereError(MocapSkelError, ValueError):
-    """The points do not determine a sphere: too few, all equal, on a line, in a plane, or lost in noise."""
-
-
-@dataclass(frozen=True, eq=False)
-class SphereFit:
-    """A fitted centre.
-
-    Attributes:
-        centre: (..., D), metres.
-        radius: (..., M), metres, one a marker; (...) where the moments came without a marker axis.
-        axes: (..., D, D), orthonormal columns, the direction that stands least above its noise first.
-        spread: (..., D), variance of the points along each axis (mean over markers, weighted by
-            their counts), m².
-        rank: (...), the number of directions that were solved; the first D - rank axes were not.
-        sigma: (...), the noise standard deviation that was taken away, metres.
-        converged: (), False where an iteration ended before it had reached its answer.
-    """
-
-    centre: Array
-    radius: Array
-    axes: Array
-    spread: Array
-    rank: Array
-    sigma: Array
-    converged: NDArray[np.bool_] = field(default_factory=lambda: np.asarray(True))
-
-    @property
-    def null(self) -> Array:
-        """(..., D): the weakest direction where it was not solved (a hinge's axis), else NaN."""
-        dimension = self.axes.shape[-1]
-        return np.where((self.rank < dimension)[..., None], self.axes[..., :, 0], np.nan)
-
-
-@dataclass(frozen=True, eq=False)
-class _System:
-    """Σ_p (C_p - η N_p) (c - middle) = Σ_p [½ S_p + (C_p - η N_p) (x̄_p - middle)], still without η.
-
-    Attributes:
-        middle: (..., D), the mean of the points.
-        covariance, cross: C and ½ S of all markers about it.
-        noise, noise_shift: N and Σ_p N_p (x̄_p - middle), the noise for σ = 1; None where N is the
-            unit matrix.
-        square, square_variance: mean and variance of |x - middle|² about each marker's own mean.
-        reach: how far the coordinates are from the origin, metres.
-    """
-
-    middle: Array
-    covariance: Array
-    cross: Array
-    noise: Array | None
-    noise_shift: Array | None
-    square: Array
-    square_variance: Array
-    reach: Array
-
-    @cached_property
-    def _eigen(self) -> tuple[Array, Array]:
-        values, vectors = np.linalg.eigh(self.covariance)
-        return values, vectors
-
-    @property
-    def spread(self) -> Array:
-        """(..., D): eigenvalues of C, ascending."""
-        return self._eigen[0]
-
-    @property
-    def axes(self) -> Array:
-        """(..., D, D): eigenvectors of C as columns."""
-        return self._eigen[1]
-
-    @property
-    def floor(self) -> Array:
-        """What rounding alone leaves of a direction without extent, m².
-
-        A few ulps of the coordinates, and of the largest eigenvalue.
-        """
-        eps, most = np.finfo(float).eps, np.maximum(self.spread[..., -1], 0.0)
-        ulps = 64 * eps * (self.reach + np.sqrt(most))
-        return np.asarray(np.maximum(ulps**2, 64 * eps * most) + np.finfo(float).tiny)
-
-    def signal(self, eta: Array) -> tuple[Array, Array]:
-        """Eigenvalues and eigenvectors of C - η N."""
-        if self.noise is None:
-            return self.spread - eta[..., None], self.axes
-        return np.linalg.eigh(self.covariance - eta[..., None, None] * self.noise)
-
-    def right_side(self, eta: Array) -> Array:
-        if self.noise_shift is None:
-            return self.cross
-        return np.asarray(self.cross - eta[..., None] * self.noise_shift)
+from mocap_skel.spherefit.system import (
+    DegenerateSphereError,
+    SphereFit,
+    System,
+    pool,
+    radii,
+    with_marker_axis,
+)
 
 
 def gdke(m: Moments, *, strict: bool = True) -> SphereFit:
@@ -150,8 +63,8 @@ def mgdk(
     Raises:
         DegenerateSphereError: as `gdke`, or the noise is no smaller than the points' weakest spread.
     """
-    m, alone = _with_marker_axis(m)
-    system = _pool(m, shape, weights)
+    m, alone = with_marker_axis(m)
+    system = pool(m, shape, weights)
     noise = np.broadcast_to(np.asarray(sigma, dtype=np.float64) ** 2, system.square.shape)
     if system.noise is not None and system.noise_shift is not None:
         # A member whose noise is not known has no answer, as if it were larger than the spread; the
@@ -178,8 +91,8 @@ def pratt(m: Moments, *, strict: bool = True) -> SphereFit:
     Raises:
         DegenerateSphereError: as `gdke`.
     """
-    m, alone = _with_marker_axis(m)
-    system = _pool(m, None, None)
+    m, alone = with_marker_axis(m)
+    system = pool(m, None, None)
     return _solve(m, system, _pratt_noise(system), None, strict, alone)
 
 
@@ -204,10 +117,10 @@ def sgdk(
     Raises:
         DegenerateSphereError: no marker has two points.
     """
-    m, alone = _with_marker_axis(m)
+    m, alone = with_marker_axis(m)
     if bool((m.count.max(axis=-1) < 2).any()):
         raise DegenerateSphereError("a sphere fit needs points, and there are fewer than two")
-    system = _pool(m, shape, weights)
+    system = pool(m, shape, weights)
     noise = _allowed_noise(system, sigma)
     signal, axes = system.signal(noise)
     still = np.broadcast_to(noise[..., None], signal.shape)
@@ -222,7 +135,7 @@ def sgdk(
 
 def linear_system(m: Moments, sigma: float) -> tuple[Array, Array, Array]:
     """The system A (c - middle) = b that `mgdk` solves: middle (..., D), A (..., D, D), b (..., D)."""
-    system = _pool(_with_marker_axis(m)[0], None, None)
+    system = pool(with_marker_axis(m)[0], None, None)
     unit = np.eye(m.mean.shape[-1])
     return system.middle, system.covariance - sigma**2 * unit, system.cross
 
@@ -244,10 +157,10 @@ def found_elsewhere(
         sigma: the noise that was taken away to find it.
         converged: whether it was reached.
     """
-    m, alone = _with_marker_axis(m)
-    system = _pool(m, None, None)
+    m, alone = with_marker_axis(m)
+    system = pool(m, None, None)
     if radius is None:
-        radius = _radius(m, centre, np.asarray(sigma**2), None)
+        radius = radii(m, centre, np.asarray(sigma**2), None)
     return SphereFit(
         centre=centre,
         radius=radius[0] if alone else radius,
@@ -264,11 +177,11 @@ def allowed_sigma(m: Moments, sigma: ArrayLike, shape: ArrayLike | None = None) 
 
     Pratt's noise is the same in all directions, so it bounds what the shape has in all of them.
     """
-    system = _pool(_with_marker_axis(m)[0], shape, None)
+    system = pool(with_marker_axis(m)[0], shape, None)
     return np.asarray(np.sqrt(_allowed_noise(system, sigma)))
 
 
-def _allowed_noise(system: _System, sigma: ArrayLike | None) -> Array:
+def _allowed_noise(system: System, sigma: ArrayLike | None) -> Array:
     """`allowed_sigma` squared; Pratt's noise itself without a sigma."""
     everywhere = np.ones_like(system.square)
     if system.noise is not None:
@@ -284,12 +197,12 @@ def _allowed_noise(system: _System, sigma: ArrayLike | None) -> Array:
     return np.asarray(np.minimum(wish, _pratt_noise(system) / everywhere))
 
 
-def _projected(system: _System) -> Array:
+def _projected(system: System) -> Array:
     """(..., D): the squared covariance of |x|² with the coordinate along each eigenvector of C."""
     return np.asarray((system.axes.swapaxes(-1, -2) @ (2 * system.cross)[..., None])[..., 0] ** 2)
 
 
-def _pratt_function(system: _System, projected: Array, eta: Array) -> tuple[Array, Array]:
+def _pratt_function(system: System, projected: Array, eta: Array) -> tuple[Array, Array]:
     """The function whose root is Pratt's noise, and its slope, at eta (...)."""
     least = np.finfo(float).eps * system.spread[..., -1:] + np.finfo(float).tiny
     gap = np.maximum(system.spread - eta[..., None], least)
@@ -299,7 +212,7 @@ def _pratt_function(system: _System, projected: Array, eta: Array) -> tuple[Arra
     return value, np.minimum(slope, -np.finfo(float).tiny)
 
 
-def _pratt_noise(system: _System) -> Array:
+def _pratt_noise(system: System) -> Array:
     """η of Pratt's fit, shape (...), m²: the noise variance that the points' own residual shows.
 
     With f = |x|² about the middle, λ_k and g_k the covariance with f in the eigenvectors of C, it is
@@ -329,7 +242,7 @@ def radial_variance(m: Moments, fit: SphereFit) -> Array:
     |x - c|² - its mean is 2 r times the radial residual to first order, and its variance follows
     from C, S and the fourth moment.
     """
-    m, alone = _with_marker_axis(m)
+    m, alone = with_marker_axis(m)
     away = fit.centre[..., None, :] - m.mean
     trace = np.trace(m.covariance, axis1=-2, axis2=-1)
     small = np.maximum(m.count, 1.0)
@@ -344,55 +257,8 @@ def radial_variance(m: Moments, fit: SphereFit) -> Array:
     return np.asarray(result[..., 0] if alone else result)
 
 
-def _with_marker_axis(m: Moments) -> tuple[Moments, bool]:
-    return (m[None], True) if m.count.ndim == 0 else (m, False)
-
-
-def _pool(m: Moments, shape: ArrayLike | None, weights: ArrayLike | None) -> _System:
-    """The linear system of the shared centre.
-
-    Each marker's points are deviations from that marker's own mean (its radius is free); markers
-    count by N - 1 times their weight, which for one marker leaves its C and S as they are.
-    """
-    n = m.count
-    below = np.maximum(n - 1.0, 0.0)
-    share = below / np.maximum(n, 1.0)
-    if n.shape[-1] == 1 and shape is None:
-        # The sums of one marker are its own moments: most of the time of a fit of few points.
-        covariance, third, fourth = m.covariance[..., 0, :, :], m.third[..., 0, :], m.fourth[..., 0]
-        mean, trace = m.mean[..., 0, :], np.trace(covariance, axis1=-2, axis2=-1)
-        square = share[..., 0] * trace
-        variance, reach = fourth - trace * square, np.abs(mean).max(axis=-1)
-        return _System(mean, covariance, 0.5 * third, None, None, square, variance, reach)
-    part = below if weights is None else below * np.asarray(weights, dtype=np.float64)
-    total = part.sum(axis=-1)[..., None]
-    weight = part / np.where(total > 0, total, 1.0)
-    middle = np.einsum("...p,...pd->...d", weight, m.mean)
-    h = m.mean - middle[..., None, :]
-    hh = np.einsum("...d,...d->...", h, h)
-    ch = np.einsum("...de,...e->...d", m.covariance, h)
-    trace = np.trace(m.covariance, axis1=-2, axis2=-1)
-    covariance = np.einsum("...p,...pde->...de", weight, m.covariance)
-    within = m.fourth - trace**2 * share + 4 * np.einsum("...d,...d->...", m.third + ch, h)
-    noise = shift = None
-    if shape is not None:
-        each = np.broadcast_to(np.asarray(shape, dtype=np.float64), m.covariance.shape)
-        noise = np.einsum("...p,...pde->...de", weight, each)
-        shift = np.einsum("...p,...pde,...pe->...d", weight, each, h)
-    return _System(
-        middle=middle,
-        covariance=covariance,
-        cross=np.einsum("...p,...pd->...d", weight, 0.5 * m.third + ch),
-        noise=noise,
-        noise_shift=shift,
-        square=np.einsum("...p,...p->...", weight, share * trace + hh),
-        square_variance=np.einsum("...p,...p->...", weight, within),
-        reach=np.abs(m.mean).max(axis=(-1, -2)),
-    )
-
-
 def _solve(
-    m: Moments, system: _System, noise: Array, shape: ArrayLike | None, strict: bool, alone: bool
+    m: Moments, system: System, noise: Array, shape: ArrayLike | None, strict: bool, alone: bool
 ) -> SphereFit:
     """Every direction solved; a degenerate member is an error or NaN."""
     dimension = m.mean.shape[-1]
@@ -425,7 +291,7 @@ def _solve(
 
 def _finish(
     m: Moments,
-    system: _System,
+    system: System,
     noise: Array,
     shape: ArrayLike | None,
     signal: Array,
@@ -437,7 +303,7 @@ def _finish(
     right = axes.swapaxes(-1, -2) @ system.right_side(noise)[..., None]
     shift = np.where(above, right[..., 0] / np.where(above, signal, 1.0), 0.0)
     centre = system.middle + (axes @ shift[..., None])[..., 0]
-    radius = _radius(m, centre, noise, shape)
+    radius = radii(m, centre, noise, shape)
     return SphereFit(
         centre=centre,
         radius=radius[..., 0] if alone else radius,
@@ -446,13 +312,3 @@ def _finish(
         rank=above.sum(axis=-1),
         sigma=np.sqrt(noise),
     )
-
-
-def _radius(m: Moments, centre: Array, noise: Array, shape: ArrayLike | None) -> Array:
-    """(..., M): √((N-1)/N tr(C - Σ̂) + |x̄ - c|²), NaN for a marker without points (thesis 6.6)."""
-    away = m.mean - centre[..., None, :]
-    trace = np.trace(m.covariance, axis1=-2, axis2=-1)
-    unit = m.mean.shape[-1] if shape is None else np.trace(np.asarray(shape), axis1=-2, axis2=-1)
-    square = (m.count - 1) / np.maximum(m.count, 1.0) * (trace - noise[..., None] * unit)
-    square = square + np.einsum("...d,...d->...", away, away)
-    return np.asarray(np.sqrt(np.maximum(np.where(m.count > 0, square, np.nan), 0.0)))

@@ -11,12 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from mocap_skel.extras import extra
 from mocap_skel.spherefit.estimators import (
-    DegenerateSphereError,
-    SphereFit,
     found_elsewhere,
     pratt,
 )
 from mocap_skel.spherefit.moments import Array, Moments, sphere_moments
+from mocap_skel.spherefit.system import DegenerateSphereError, SphereFit
 
 # A sphere whose centre lies so many standard deviations of the points away is a plane.
 PLANE = 1e4

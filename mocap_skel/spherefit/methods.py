@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mocap_skel.spherefit.estimators import (
-    SphereFit,
     found_elsewhere,
     gdke,
     mgdk,
@@ -16,6 +15,7 @@ from mocap_skel.spherefit.estimators import (
 from mocap_skel.spherefit.least_squares import lls, mle
 from mocap_skel.spherefit.moments import Moments, sphere_moments
 from mocap_skel.spherefit.running import running_centres
+from mocap_skel.spherefit.system import SphereFit
 
 METHODS: tuple[str, ...] = ("gdke", "ugdk", "mgdk", "sgdk", "igdk", "lls", "mle", "pratt")
 # These take nothing away from C, or find for themselves what to take.

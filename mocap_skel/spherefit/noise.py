@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mocap_skel.spherefit.estimators import SphereFit, mgdk, pratt, radial_variance
+from mocap_skel.spherefit.estimators import mgdk, pratt, radial_variance
 from mocap_skel.spherefit.moments import Array, Moments
+from mocap_skel.spherefit.system import SphereFit
 
 # A marker's noise is kept below its weakest spread by this share: at 1 nothing would be left of C.
 _BELOW = 0.999
