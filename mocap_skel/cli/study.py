@@ -54,6 +54,7 @@ workers = click.option(
 @options.noise
 @options.unit
 @options.rate
+@options.salvage
 @workers
 @figures
 @options.folder
@@ -74,6 +75,7 @@ def resample(
     noise: str,
     unit: str | None,
     rate: float | None,
+    salvage: bool,
     workers: int | None,
     figures: bool,
     folder: Path,
@@ -97,7 +99,7 @@ def resample(
     options.check_estimation(method, noise, sigma)
     job = Job(
         association=read_association(association, skeleton), subject=subject, sigma=sigma, pose=pose,
-        method=method, noise=noise, unit=unit, rate=rate,
+        method=method, noise=noise, unit=unit, rate=rate, salvage=salvage,
     )  # fmt: skip
     where = _where(folder, overwrite, figures, quiet, "tens of refits", workers)
     found = run.resample(clip, job, run.Resampling(passes, levels, seed), where)
