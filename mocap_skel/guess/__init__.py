@@ -18,6 +18,8 @@ from mocap_skel.text import counted, listed
 
 # Markers that a root's pose needs.
 LEAST_ON_ROOT = 3
+# So many segments with markers that move with no part of the body are a second body's.
+SECOND_BODY = 3
 
 __all__ = ["Guess", "Line", "check_sure", "guess_association", "in_words"]
 
@@ -33,7 +35,8 @@ class Line:
         standard: whether `marker` is one of the skeleton's.
         confidence: "high", "likely", "unsure" (not to be used unasked) or "open".
         reason: in plain words.
-        contradicted: a confident name that moves with another part of the body.
+        contradicted: a confident name that moves with another part of the body, or with none.
+        lost: it moves with no part of the body.
         computed: no marker, but a point that a model computed.
         seen: whether the clip has a sample of it.
     """
@@ -45,6 +48,7 @@ class Line:
     confidence: str
     reason: str
     contradicted: bool = False
+    lost: bool = False
     computed: bool = False
     seen: bool = True
 
@@ -135,6 +139,8 @@ def check_sure(guess: Guess) -> None:
     trouble = ""
     if against:
         trouble = f"names and motion contradict each other: {listed(against)}"
+        if len({line.segment for line in guess.lines if line.lost}) >= SECOND_BODY:
+            trouble += "; is it a second person under the same labels?"
     elif len(on_root) < LEAST_ON_ROOT:
         found = listed(x.label for x in on_root) or "none"
         trouble = f"{root} needs three markers, and only {found} could be placed there"
@@ -156,6 +162,8 @@ def in_words(guess: Guess) -> str:
     unsure = [line.label for line in guess.lines if line.confidence == UNSURE]
     if unsure:
         said += f"; unsure and left out: {listed(unsure, 20)}"
+    if len({line.segment for line in guess.lines if line.lost}) >= SECOND_BODY:
+        said += "; that looks like a second person under the same labels"
     rest = [x.label for x in guess.lines if x.confidence == OPEN and not x.computed]
     if rest:
         said += f"; not placed: {listed(rest)}"
@@ -222,7 +230,7 @@ def _lines(verdicts: list[Verdict], skeleton: Skeleton) -> list[Line]:
         lines.append(
             Line(
                 guess.label, name, guess.segment, has, confidence, reason,
-                verdict.contradicted, guess.computed,
+                verdict.contradicted, guess.lost, guess.computed,
             )
         )  # fmt: skip
     markers = {m: i for i, m in enumerate(standard)}

@@ -40,6 +40,7 @@ class NameGuess:
         rank: of labels for one marker, the one with the smallest.
         computed: the name of a point that a model computed.
         double_of: the label that stands in the file more than once, "" for none.
+        lost: it keeps its distance to no part of the body: another body's.
     """
 
     label: str
@@ -50,6 +51,7 @@ class NameGuess:
     rank: float = 1e9
     computed: bool = False
     double_of: str = ""
+    lost: bool = False
 
 
 def guess_names(
