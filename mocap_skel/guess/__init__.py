@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocap_skel.association import Association, Rule
+from mocap_skel.association import Association, Rule, check_subject
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError
 from mocap_skel.guess.motion import Verdict, weigh
@@ -20,6 +22,8 @@ from mocap_skel.text import counted, listed
 LEAST_ON_ROOT = 3
 # So many segments with markers that move with no part of the body are a second body's.
 SECOND_BODY = 3
+
+_GUESS = ("mocap-skel", "assoc", "guess")
 
 __all__ = ["Guess", "Line", "check_sure", "guess_association", "in_words"]
 
@@ -76,17 +80,19 @@ class Guess:
         return Association("the guess", self.skeleton, tuple(rules), rest)
 
 
-def guess_association(clip: Clip, subject: str | None = None) -> Guess:
+def guess_association(clip: Clip, subject: str | None = None, how: Sequence[str] = ()) -> Guess:
     """Guess which label is which marker of the standard human.
 
     Args:
         clip: the recording.
         subject: look at this one only; a label that several subjects have gets one line, and motion
             has to agree in all of them.
+        how: options that the clip was read with, for the commands that hints name.
 
     Raises:
-        CallError: no label says anything.
+        CallError: no label says anything; or there is no such subject.
     """
+    check_subject(clip, subject)
     skeleton = read_skeleton(STANDARD)
     subjects = [name for name in clip.subject_names if subject in (None, name)]
     columns = {
@@ -113,23 +119,29 @@ def guess_association(clip: Clip, subject: str | None = None) -> Guess:
     if not any(line.used for line in lines):
         raise CallError(
             f"{clip.name}: no label says which marker it is: {listed(labels)}",
-            "mocap-skel assoc guess --by-motion finds a figure without names",
+            f"{shlex.join([*_GUESS, clip.name, '--by-motion', *how, '-o', 'figure'])} finds a figure "
+            "without names",
         )
     return Guess(clip.name, skeleton, tuple(lines))
 
 
-def check_sure(guess: Guess) -> None:
+def check_sure(guess: Guess, how: Sequence[str] = ()) -> None:
     """Refuse a guess that a fit should not rest on.
 
     It is sure enough where the root has three placed markers, no confident name moves with another
     part of the body, and at least half of the labels that may be markers are placed; markers that the
     clip never shows do not count.
 
+    Args:
+        guess: what is guessed of a clip.
+        how: options that the clip was read with, for the command that the hint names.
+
     Raises:
         CallError: it is not; says why, and which command writes the file to correct.
     """
     hint = (
-        f"mocap-skel assoc guess {guess.clip} -o assoc.txt writes it; correct it, then --assoc it"
+        f"{shlex.join([*_GUESS, guess.clip, *how, '-o', 'assoc.txt'])} writes it; correct it, then "
+        "--assoc it"
     )
     against = [line.label for line in guess.lines if line.contradicted]
     root = guess.skeleton.root.name

@@ -188,8 +188,9 @@ class _Judge:
         best, segment = fits[0]
         if own > max(CLEARLY * best, STILL):
             reason = f"{guess.reason}, but it moves rather with {segment}"
-            if best < RIGID < own and own > 2 * CLEARLY * best:
-                # Not even a marker beside the joint fits the neighbour so much better.
+            doubtful = guess.confidence == LIKELY or guess.segment in {s for _, s in counted}
+            if doubtful and best < RIGID < own and own > 2 * CLEARLY * best:
+                # With two others to tell: not even a marker beside the joint fits the neighbour so much better.
                 return Verdict(
                     replace(guess, confidence=UNSURE, reason=reason), guess.confidence == HIGH
                 )
