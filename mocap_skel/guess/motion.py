@@ -197,7 +197,7 @@ class _Judge:
             return Verdict(replace(guess, confidence=LIKELY, reason=reason))
         if "keeps its distance" in guess.reason:
             return Verdict(guess)
-        if own < RIGID and far[0] > max(CLEARLY * own, SHOWN):
+        if own < RIGID and own <= CLEARLY * best and far[0] > max(CLEARLY * own, SHOWN):
             reason = f"{guess.reason}; moves with it ({1e3 * own:.1f} mm)"
             return Verdict(replace(guess, confidence=HIGH, reason=reason))
         return Verdict(guess)

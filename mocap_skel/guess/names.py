@@ -116,9 +116,10 @@ class _Labels:
 
     def _either(self, label: str) -> str:
         """What an ambiguous code may be; "" where it is none, or the other labels settle it."""
-        sided = (rest for side, rest, mirrored in self._candidates(label) if side and not mirrored)
-        # The first is the likeliest: RTH1 is R and TH, not RT and H.
-        code = _stem(next(sided, ""))
+        candidates = self._candidates(label)
+        sided = (_stem(rest) for side, rest, mirrored in candidates if side and not mirrored)
+        # The first is the likeliest: RTH1 is R and TH, not RT and H; but LFT1 is not LFT and 1.
+        code = next(filter(None, sided), "")
         for either in self.table.either:
             there = not either.where or either.where & self.rests
             if there and code in either.codes and not either.unless & self.rests:
