@@ -193,11 +193,9 @@ def _check_free(path: Path, target: Path, taken: Container[Path]) -> None:
 
 def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:
     """The association that the clip's own names and motion give, where that is sure."""
-    from mocap_skel.guess import check_sure, guess_association, in_words
+    from mocap_skel.guess import check_sure, guess_association, in_words, repeated
 
-    how = ["--salvage"] if job.salvage else []
-    for option, value in (("--subject", job.subject), ("--unit", job.unit), ("--rate", job.rate)):
-        how += [] if value is None else [option, f"{value}"]
+    how = repeated(job.subject, job.unit, job.rate, salvage=job.salvage)
     found = guess_association(clip, job.subject, how)
     check_sure(found, how)
     notes.append(f"no --assoc, so it is guessed from names and motion: {in_words(found)}")

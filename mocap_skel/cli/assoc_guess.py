@@ -62,12 +62,14 @@ def guess(
     """
     from mocap_skel.association import check_subject
     from mocap_skel.export.files import check_free
+    from mocap_skel.guess import repeated
     from mocap_skel.readers import read_clip
 
+    how = repeated(subject, unit, rate, salvage=salvage)
     if by_motion and output is None and not as_json:
         raise CallError(
             "--by-motion writes two files, a skeleton and an association: -o BASE is missing",
-            f"{shlex.join(['mocap-skel', 'assoc', 'guess', str(clip), '--by-motion'])} -o figure makes "
+            f"{shlex.join(['mocap-skel', 'assoc', 'guess', str(clip), '--by-motion', *how])} -o figure makes "
             "figure.toml and figure.txt",
         )
     paths = [output] if output else []
@@ -80,9 +82,6 @@ def guess(
     if by_motion:
         texts, rows, note = _by_motion(read, subject, paths)
     else:
-        how = ["--salvage"] if salvage else []
-        for option, value in (("--subject", subject), ("--unit", unit), ("--rate", rate)):
-            how += [] if value is None else [option, f"{value}"]
         texts, rows, note = _by_names(read, subject, how)
     if paths:
         from mocap_skel.export.files import write_all

@@ -25,7 +25,7 @@ SECOND_BODY = 3
 
 _GUESS = ("mocap-skel", "assoc", "guess")
 
-__all__ = ["Guess", "Line", "check_sure", "guess_association", "in_words"]
+__all__ = ["Guess", "Line", "check_sure", "guess_association", "in_words", "repeated"]
 
 
 @dataclass(frozen=True)
@@ -123,6 +123,16 @@ def guess_association(clip: Clip, subject: str | None = None, how: Sequence[str]
             "without names",
         )
     return Guess(clip.name, skeleton, tuple(lines))
+
+
+def repeated(
+    subject: str | None, unit: str | None, rate: float | None, *, salvage: bool
+) -> list[str]:
+    """The options of a call that a command in a hint has to repeat."""
+    words = ["--salvage"] if salvage else []
+    for option, value in (("--subject", subject), ("--unit", unit), ("--rate", rate)):
+        words += [] if value is None else [option, str(value)]
+    return words
 
 
 def check_sure(guess: Guess, how: Sequence[str] = ()) -> None:
