@@ -159,7 +159,7 @@ def render(path: Path, job: Job) -> Done:
     clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
     notes = list(clip.notes)
     if job.association is None:
-        job = replace(job, association=_guessed(clip, job.subject, notes))
+        job = replace(job, association=_guessed(clip, job, notes))
     fits, failed = _fits(clip, job, notes)
     files: dict[Path, str] = {}
     for fit in fits:
@@ -191,12 +191,13 @@ def _check_free(path: Path, target: Path, taken: Container[Path]) -> None:
         )
 
 
-def _guessed(clip: Clip, subject: str | None, notes: list[str]) -> Association:
+def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:
     """The association that the clip's own names and motion give, where that is sure."""
-    from mocap_skel.guess import check_sure, guess_association, in_words
+    from mocap_skel.guess import check_sure, guess_association, in_words, repeated
 
-    found = guess_association(clip, subject)
-    check_sure(found)
+    how = repeated(job.subject, job.unit, job.rate, salvage=job.salvage)
+    found = guess_association(clip, job.subject, how)
+    check_sure(found, how)
     notes.append(f"no --assoc, so it is guessed from names and motion: {in_words(found)}")
     return found.association()
 

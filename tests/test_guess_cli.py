@@ -1,6 +1,8 @@
 """`mocap-skel assoc` and `fit` without --assoc, as a user runs them."""
 
 import json
+import re
+import shlex
 from dataclasses import replace
 
 import pytest
@@ -86,6 +88,42 @@ def test_fit_without_assoc_stops_where_it_is_not_sure(tmp_path):
     assert "contradict each other" in done.stderr
     assert f"mocap-skel assoc guess {clip} -o" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_fit_without_assoc_knows_the_clips_subjects(tmp_path):
+    done = run("fit", SAMPLES / "two_dancers.c3d", "--subject", "Zoe", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "no subject 'Zoe' in it" in done.stderr and "it has Anna, Ben" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_hints_are_commands_that_run(tmp_path):
+    numbers = iter(range(1, 100))
+    clip = recorded(tmp_path / "my first clip.c3d", lambda _: f"*{next(numbers)}")
+    refused = run("fit", clip.name, "--unit", "mm", cwd=tmp_path)
+    assert refused.returncode == 2
+    hint = re.search(r"mocap-skel (assoc guess .* -o figure)", refused.stderr)
+    words = shlex.split(hint[1])
+    assert words[2:] == [clip.name, "--by-motion", "--unit", "mm", "-o", "figure"]
+    assert run(*words, cwd=tmp_path).returncode == 0
+    swapped = {"LFHD": "RANK", "RANK": "LFHD"}
+    clip = recorded(tmp_path / "a swap.c3d", lambda label: swapped.get(label, label))
+    clip.write_bytes(clip.read_bytes()[:-700])
+    refused = run("fit", clip.name, "--salvage", cwd=tmp_path)
+    assert refused.returncode == 2
+    words = shlex.split(re.search(r"mocap-skel (assoc guess .*) writes it", refused.stderr)[1])
+    assert "--salvage" in words
+    assert run(*words, cwd=tmp_path).returncode == 0
+    assert (tmp_path / "assoc.txt").exists()
+    check = run("assoc", "check", clip.name, "--assoc", "assoc.txt", "--salvage", cwd=tmp_path)
+    assert check.returncode == 0
+
+
+def test_show_refuses_a_file_that_is_no_association(tmp_path):
+    (tmp_path / "toml.txt").write_text("# mine\n[segment]\nname = 3 4 5 6\n")
+    done = run("assoc", "show", "toml.txt", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "toml.txt:2:" in done.stderr or "toml.txt:3:" in done.stderr
 
 
 def test_studies_still_want_an_association(tmp_path):

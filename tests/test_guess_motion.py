@@ -9,7 +9,7 @@ from conftest import SAMPLES, clip_of
 from mocap_skel import artificial as art
 from mocap_skel import associate, fit_skeleton, read_association, read_clip
 from mocap_skel.errors import CallError, FitError
-from mocap_skel.guess import check_sure, guess_association
+from mocap_skel.guess import check_sure, guess_association, in_words
 from mocap_skel.guess.figure import figure_texts, find_figure
 from mocap_skel.guess.hinges import common_point
 from mocap_skel.guess.rigid import distances, rigid_groups
@@ -200,6 +200,116 @@ def test_labels_that_say_nothing_are_refused_with_the_way_out():
     with pytest.raises(CallError) as refusal:
         guess_association(nameless)
     assert "--by-motion" in refusal.value.hint
+
+
+# markers that are not where their names say
+
+
+def one_of_two():
+    """Anna's clip without her name, and Ben's points in the same order."""
+    clip = read_clip(SAMPLES / "two_dancers.c3d")
+    column = dict(zip(zip(clip.subjects, clip.labels, strict=True), range(82), strict=True))
+    labels = [label for whose, label in column if whose == "Anna"]
+    anna, ben = ([column[whose, label] for label in labels] for whose in ("Anna", "Ben"))
+    alone = replace(clip, points=clip.points[:, anna], labels=tuple(labels), subjects=("",) * 41)
+    return alone, clip.points[:, ben]
+
+
+@pytest.mark.parametrize("label", ["LTOE", "LKNE", "LFWT", "C7", "LFIN", "RELB", "LFHD", "RANK"])
+@pytest.mark.parametrize("what", ["the other's", "a reflector"])
+def test_a_marker_that_moves_with_nothing_is_the_only_one_that_is_contradicted(label, what):
+    clip, other = one_of_two()
+    column = clip.labels.index(label)
+    points = clip.points.copy()
+    still = np.nanmean(points[0], axis=0) + [3.0, 0, 0]
+    points[:, column] = other[:, column] if what == "the other's" else still
+    guess = guess_association(replace(clip, points=points))
+    assert [line.label for line in guess.lines if line.contradicted] == [label]
+    assert label not in segments(guess) and len(guess.used) == 40
+    with pytest.raises(CallError, match=f"contradict each other: {label}"):
+        check_sure(guess)
+
+
+@pytest.mark.parametrize("suffix", ["2", "_2"])
+def test_a_second_person_under_numbered_labels_is_left_out(suffix):
+    clip, other = one_of_two()
+    both = replace(
+        clip,
+        points=np.concatenate([clip.points, other], axis=1),
+        labels=(*clip.labels, *(label + suffix for label in clip.labels)),
+        subjects=("",) * 82,
+    )
+    guess = guess_association(both)
+    check_sure(guess)
+    assert set(segments(guess)) == set(clip.labels)
+    assert "left out" in in_words(guess)
+
+
+def test_a_few_numbered_markers_of_someone_else_are_asked_for():
+    clip, other = one_of_two()
+    more = {"LFHD2": "LFHD", "LFWT2": "LFWT", "LKNE2": "LKNE", "STRN2": "STRN"}
+    more |= {f"HEAD{i}": name for i, name in enumerate(("LFHD", "RFHD", "LBHD", "RBHD"), 1)}
+    columns = [clip.labels.index(label) for label in more.values()]
+    both = replace(
+        clip,
+        points=np.concatenate([clip.points, other[:, columns]], axis=1),
+        labels=(*clip.labels, *more),
+        subjects=("",) * (41 + len(more)),
+    )
+    guess = guess_association(both)
+    lines = {line.label: line for line in guess.lines}
+    assert all(lines[label].confidence == "unsure" for label in more)
+    assert "a second person or an object?" in lines["LFWT2"].reason
+    assert "a second person under the same labels" in in_words(guess)
+    assert set(segments(guess)) == set(clip.labels)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("LTHI", "LSHN"), ("LELB", "LWRA"), ("LUPA", "LFRM"), ("LSHO", "LFHD"),
+        ("LFWT", "LTHI"), ("LFIN", "RFIN"), ("LANK", "LHEE"),
+    ],
+)  # fmt: skip
+def test_exchanged_neighbours_are_a_contradiction(one, other):
+    guess = guess_association(renamed(CLIP, {one: other, other: one}))
+    against = {line.label for line in guess.lines if line.contradicted}
+    assert {one, other} <= against
+    assert not against & set(segments(guess))
+    with pytest.raises(CallError, match="contradict each other"):
+        check_sure(guess)
+
+
+@pytest.mark.parametrize("markers", ["cmu", "plug_in_gait"])
+@pytest.mark.parametrize("moves", [art.range_of_motion, art.dance, art.walk])
+@pytest.mark.parametrize("slide", [0.0, 0.005])
+def test_true_names_are_never_contradicted(markers, moves, slide):
+    faults = art.Faults(sigma=SIGMA, slide=slide)
+    clip = clip_of(
+        art.record(HUMAN, art.marker_set(markers), moves(10, 50, seed=4), faults, seed=4)
+    )
+    guess = guess_association(clip)
+    check_sure(guess)
+    assert len(guess.used) == len(clip.labels)
+    assert all(line.confidence == "high" for line in guess.lines)
+
+
+def test_a_marker_that_fits_the_neighbour_clearly_better_is_said_to():
+    """A knee marker that sits on the shank, with a thigh of four that can tell."""
+    shank = RECORDING.poses["LowerLeftLeg"]
+    thigh = RECORDING.poses["UpperLeftLeg"]
+    rng = np.random.default_rng(11)
+    places = [(0.05, 0.05, -0.2), (-0.05, 0.05, -0.25), (0.02, -0.05, -0.15)]
+    extra = [thigh.place(np.array(p)) for p in places]
+    points = np.concatenate([CLIP.points, np.stack(extra, axis=1)], axis=1)
+    knee = CLIP.labels.index("LKNE")
+    points[:, knee] = shank.place(np.array((0.0, 0.05, -0.06)))
+    points[:, [knee, -3, -2, -1]] += SIGMA * rng.standard_normal((len(points), 4, 3))
+    names = (*CLIP.labels, "LTH1", "LTH2", "LTH3")
+    clip = replace(CLIP, points=points, labels=names, subjects=("",) * len(names))
+    lines = {line.label: line for line in guess_association(clip).lines}
+    assert "moves rather with LowerLeftLeg" in lines["LKNE"].reason
+    assert lines["LKNE"].confidence != "high"
 
 
 # a figure without names

@@ -125,6 +125,26 @@ def test_letters_of_clusters_mean_what_the_other_letters_leave():
     assert alone["LT1"].confidence == OPEN
 
 
+@pytest.mark.parametrize(
+    ("labels", "wanted"),
+    [
+        ("LeftUpLeg LeftLeg LeftFoot", ["UpperLeftLeg", "LowerLeftLeg", "LeftFoot"]),
+        ("RightUpLeg1 RightUpLeg2", ["UpperRightLeg"] * 2),
+        ("LLE LME LLM LMM", ["UpperLeftLeg"] * 2 + ["LowerLeftLeg"] * 2),
+        ("LLE LME LUA1 LUA2 LFA1 LFA2 LRS LUS", ["", "", *["UpperLeftArm"] * 2, *["LowerLeftArm"] * 4]),
+        ("LLE LME", ["", ""]),
+        ("LH1 LH2 LH3 LHAND", ["LeftHand"] * 4),
+        ("LH1 LH2 LH3 LKNE", ["", "", "", "UpperLeftLeg"]),
+        ("H1 H2 H3", ["Head"] * 3),
+        ("LFT1 LFT2 LFT3 LLFC LMFC", ["", "", "", "UpperLeftLeg", "UpperLeftLeg"]),
+        ("LFT1 LFT2 LTH1 LTH2 LLFC", ["LeftFoot"] * 2 + ["UpperLeftLeg"] * 3),
+    ],
+)  # fmt: skip
+def test_a_code_of_two_places_is_what_the_other_labels_leave(labels, wanted):
+    found = guessed(labels.split())
+    assert [g.segment if g.confidence in (HIGH, LIKELY) else "" for g in found.values()] == wanted
+
+
 def test_d_and_g_are_sides_only_where_a_whole_set_has_them():
     assert guessed(["ELD", "EMD"])["ELD"].segment == ""
     labels = ["ACD", "ACG", "ELD", "ELG", "EMD", "EMG", "TEMPD", "TEMPG"]

@@ -17,6 +17,7 @@ from mocap_skel.cli import options, say
 @options.subject
 @options.unit
 @options.rate
+@options.salvage
 @options.as_json
 def command(
     clip: Path,
@@ -25,6 +26,7 @@ def command(
     subject: str | None,
     unit: str | None,
     rate: float | None,
+    salvage: bool,
     as_json: bool,
 ) -> int:
     """Check against CLIP whether each marker moves with the segment that MAP gives it.
@@ -43,7 +45,7 @@ def command(
     from mocap_skel.report.check_table import check_row, check_table
 
     known = read_association(association, skeleton)
-    read = read_clip(clip, unit=unit, rate=rate)
+    read = read_clip(clip, unit=unit, rate=rate, salvage=salvage)
     for assignment in associate(read, known, subject):
         check = check_association(read, assignment, known.skeleton)
         if as_json:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -36,6 +37,7 @@ Found = tuple[list[str], list[dict[str, object]], str]
 @options.overwrite
 @options.unit
 @options.rate
+@options.salvage
 @options.as_json
 @options.quiet
 def guess(
@@ -46,6 +48,7 @@ def guess(
     overwrite: bool,
     unit: str | None,
     rate: float | None,
+    salvage: bool,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -59,24 +62,27 @@ def guess(
     """
     from mocap_skel.association import check_subject
     from mocap_skel.export.files import check_free
+    from mocap_skel.guess import repeated
     from mocap_skel.readers import read_clip
 
+    how = repeated(subject, unit, rate, salvage=salvage)
     if by_motion and output is None and not as_json:
         raise CallError(
             "--by-motion writes two files, a skeleton and an association: -o BASE is missing",
-            "-o figure makes figure.toml and figure.txt",
+            f"{shlex.join(['mocap-skel', 'assoc', 'guess', str(clip), '--by-motion', *how])} -o figure makes "
+            "figure.toml and figure.txt",
         )
     paths = [output] if output else []
     if output and by_motion:
         base = output.with_suffix("") if output.suffix in (".txt", ".toml") else output
         paths = [base.parent / f"{base.name}{suffix}" for suffix in (".toml", ".txt")]
     check_free(paths, overwrite)
-    read = read_clip(clip, unit=unit, rate=rate)
+    read = read_clip(clip, unit=unit, rate=rate, salvage=salvage)
     check_subject(read, subject)
     if by_motion:
         texts, rows, note = _by_motion(read, subject, paths)
     else:
-        texts, rows, note = _by_names(read, subject)
+        texts, rows, note = _by_names(read, subject, how)
     if paths:
         from mocap_skel.export.files import write_all
 
@@ -93,11 +99,11 @@ def guess(
     return 0
 
 
-def _by_names(clip: Clip, subject: str | None) -> Found:
+def _by_names(clip: Clip, subject: str | None, how: list[str]) -> Found:
     from mocap_skel.guess import guess_association, in_words
     from mocap_skel.guess.text import association_text
 
-    found = guess_association(clip, subject)
+    found = guess_association(clip, subject, how)
     return [association_text(found)], [asdict(line) for line in found.lines], in_words(found)
 
 

@@ -36,10 +36,12 @@ def list_(as_json: bool) -> int:
 @click.argument("name", metavar="NAME")
 def show(name: str) -> int:
     """Print the association file NAME, a shipped one or a path: a start for one of your own."""
-    from mocap_skel.association import find_association
+    from mocap_skel.association import find_association, read_association
     from mocap_skel.errors import AssociationError
     from mocap_skel.text import read_text
 
+    # A file that is none is refused, with its line and column.
+    read_association(name)
     say(read_text(find_association(name), AssociationError), nl=False)
     return 0
 

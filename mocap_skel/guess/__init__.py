@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocap_skel.association import Association, Rule
+from mocap_skel.association import Association, Rule, check_subject
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError
 from mocap_skel.guess.motion import Verdict, weigh
@@ -18,8 +20,12 @@ from mocap_skel.text import counted, listed
 
 # Markers that a root's pose needs.
 LEAST_ON_ROOT = 3
+# So many segments with markers that move with no part of the body are a second body's.
+SECOND_BODY = 3
 
-__all__ = ["Guess", "Line", "check_sure", "guess_association", "in_words"]
+_GUESS = ("mocap-skel", "assoc", "guess")
+
+__all__ = ["Guess", "Line", "check_sure", "guess_association", "in_words", "repeated"]
 
 
 @dataclass(frozen=True)
@@ -33,7 +39,8 @@ class Line:
         standard: whether `marker` is one of the skeleton's.
         confidence: "high", "likely", "unsure" (not to be used unasked) or "open".
         reason: in plain words.
-        contradicted: a confident name that moves with another part of the body.
+        contradicted: a confident name that moves with another part of the body, or with none.
+        lost: it moves with no part of the body.
         computed: no marker, but a point that a model computed.
         seen: whether the clip has a sample of it.
     """
@@ -45,6 +52,7 @@ class Line:
     confidence: str
     reason: str
     contradicted: bool = False
+    lost: bool = False
     computed: bool = False
     seen: bool = True
 
@@ -72,17 +80,19 @@ class Guess:
         return Association("the guess", self.skeleton, tuple(rules), rest)
 
 
-def guess_association(clip: Clip, subject: str | None = None) -> Guess:
+def guess_association(clip: Clip, subject: str | None = None, how: Sequence[str] = ()) -> Guess:
     """Guess which label is which marker of the standard human.
 
     Args:
         clip: the recording.
         subject: look at this one only; a label that several subjects have gets one line, and motion
             has to agree in all of them.
+        how: options that the clip was read with, for the commands that hints name.
 
     Raises:
-        CallError: no label says anything.
+        CallError: no label says anything; or there is no such subject.
     """
+    check_subject(clip, subject)
     skeleton = read_skeleton(STANDARD)
     subjects = [name for name in clip.subject_names if subject in (None, name)]
     columns = {
@@ -109,23 +119,39 @@ def guess_association(clip: Clip, subject: str | None = None) -> Guess:
     if not any(line.used for line in lines):
         raise CallError(
             f"{clip.name}: no label says which marker it is: {listed(labels)}",
-            "mocap-skel assoc guess --by-motion finds a figure without names",
+            f"{shlex.join([*_GUESS, clip.name, '--by-motion', *how, '-o', 'figure'])} finds a figure "
+            "without names",
         )
     return Guess(clip.name, skeleton, tuple(lines))
 
 
-def check_sure(guess: Guess) -> None:
+def repeated(
+    subject: str | None, unit: str | None, rate: float | None, *, salvage: bool
+) -> list[str]:
+    """The options of a call that a command in a hint has to repeat."""
+    words = ["--salvage"] if salvage else []
+    for option, value in (("--subject", subject), ("--unit", unit), ("--rate", rate)):
+        words += [] if value is None else [option, str(value)]
+    return words
+
+
+def check_sure(guess: Guess, how: Sequence[str] = ()) -> None:
     """Refuse a guess that a fit should not rest on.
 
     It is sure enough where the root has three placed markers, no confident name moves with another
     part of the body, and at least half of the labels that may be markers are placed; markers that the
     clip never shows do not count.
 
+    Args:
+        guess: what is guessed of a clip.
+        how: options that the clip was read with, for the command that the hint names.
+
     Raises:
         CallError: it is not; says why, and which command writes the file to correct.
     """
     hint = (
-        f"mocap-skel assoc guess {guess.clip} -o assoc.txt writes it; correct it, then --assoc it"
+        f"{shlex.join([*_GUESS, guess.clip, *how, '-o', 'assoc.txt'])} writes it; correct it, then "
+        "--assoc it"
     )
     against = [line.label for line in guess.lines if line.contradicted]
     root = guess.skeleton.root.name
@@ -135,6 +161,8 @@ def check_sure(guess: Guess) -> None:
     trouble = ""
     if against:
         trouble = f"names and motion contradict each other: {listed(against)}"
+        if len({line.segment for line in guess.lines if line.lost}) >= SECOND_BODY:
+            trouble += "; is it a second person under the same labels?"
     elif len(on_root) < LEAST_ON_ROOT:
         found = listed(x.label for x in on_root) or "none"
         trouble = f"{root} needs three markers, and only {found} could be placed there"
@@ -156,6 +184,8 @@ def in_words(guess: Guess) -> str:
     unsure = [line.label for line in guess.lines if line.confidence == UNSURE]
     if unsure:
         said += f"; unsure and left out: {listed(unsure, 20)}"
+    if len({line.segment for line in guess.lines if line.lost}) >= SECOND_BODY:
+        said += "; that looks like a second person under the same labels"
     rest = [x.label for x in guess.lines if x.confidence == OPEN and not x.computed]
     if rest:
         said += f"; not placed: {listed(rest)}"
@@ -222,7 +252,7 @@ def _lines(verdicts: list[Verdict], skeleton: Skeleton) -> list[Line]:
         lines.append(
             Line(
                 guess.label, name, guess.segment, has, confidence, reason,
-                verdict.contradicted, guess.computed,
+                verdict.contradicted, guess.lost, guess.computed,
             )
         )  # fmt: skip
     markers = {m: i for i, m in enumerate(standard)}

@@ -58,6 +58,23 @@ class Code:
 
 
 @dataclass(frozen=True)
+class Either:
+    """Codes with a side that may be either of two places.
+
+    Attributes:
+        codes: without side and number.
+        where: the clip has one of these codes too; empty for always.
+        unless: one of these settles it.
+        reason: the question, in plain words.
+    """
+
+    codes: frozenset[str]
+    where: frozenset[str]
+    unless: frozenset[str]
+    reason: str
+
+
+@dataclass(frozen=True)
 class Dialects:
     """The whole table."""
 
@@ -65,6 +82,7 @@ class Dialects:
     words: dict[str, str]
     noise: frozenset[str]
     doubts: dict[str, str]
+    either: tuple[Either, ...]
     computed_words: frozenset[str]
     computed_codes: frozenset[str]
     computed_starts: tuple[str, ...]
@@ -83,6 +101,12 @@ def dialects() -> Dialects:
         words={s: word for word, spellings in data["words"].items() for s in spellings},
         noise=frozenset(data["noise"]["words"]),
         doubts={code: why for why, codes in data["doubt"].items() for code in codes},
+        either=tuple(
+            Either(
+                frozenset(e["codes"]), frozenset(e["where"]), frozenset(e["unless"]), e["reason"]
+            )
+            for e in data["either"]
+        ),
         computed_words=frozenset(data["computed"]["words"]),
         computed_codes=frozenset(data["computed"]["codes"]),
         computed_starts=tuple(data["computed"]["starts"]),

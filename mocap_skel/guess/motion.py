@@ -27,6 +27,14 @@ EXACT = 3e-7
 APART = 0.05
 # Metres: noise alone may make so much of a distance's spread.
 STILL = 0.002
+# Metres: not even a joint between them lets two markers of neighbours vary so much, only another body does;
+# and what tells enough against a name that is not sure by itself.
+ABSURD, TOO_MUCH = 0.05, 0.03
+# Metres: no two markers of a person's segment are that far apart.
+BODY = 1.0
+# Markers of two segments are exchanged where each fits the other's place better, by the first on its own
+# and by the second on average: a marker beside a joint fits the neighbour too, but two never do crosswise.
+EACH, BOTH = 1.05, 2.0
 # Share of the clip's frames that show a marker together with its segment's others.
 LEAST_SEEN = 0.05
 
@@ -37,7 +45,7 @@ class Verdict:
 
     Attributes:
         guess: the name's guess, changed where motion has something to say.
-        contradicted: a confident name that moves with another part of the body.
+        contradicted: a confident name that moves with another part of the body, or with none.
     """
 
     guess: NameGuess
@@ -50,21 +58,32 @@ def weigh(
     """The names' guesses for M markers of one subject, judged by their distances.
 
     A marker's misfit to a segment is the middle of the spreads of its distances to the segment's placed
-    markers. A neighbour segment in the tree proves nothing against a confident name: a marker beside
-    the joint keeps its distance to both.
+    markers, so that a bad one among them does not count. A neighbour segment in the tree proves nothing
+    against a confident name: a marker beside the joint keeps its distance to both. Only where two
+    markers fit crosswise, each with the other's segment, are they exchanged.
     """
     guesses = _without_computed(_without_doubles(guesses, found), found)
     judge = _Judge(found, skeleton, frames)
+    # Only what the names are sure of, where there is that: numbered names may be a second person's.
+    judge.seat(guesses, certain=True)
+    lost = {i: v for i, g in enumerate(guesses) if (v := judge.lost(i, g))}
+    guesses = [lost[i].guess if i in lost else g for i, g in enumerate(guesses)]
     judge.seat(guesses)
-    guesses = [judge.place(i, g) for i, g in enumerate(guesses)]
+    guesses = [g if i in lost else judge.place(i, g) for i, g in enumerate(guesses)]
     judge.seat(guesses)
-    return [judge.confirm(i, g) for i, g in enumerate(guesses)]
+    verdicts = [lost.get(i) or judge.confirm(i, g) for i, g in enumerate(guesses)]
+    for i, j in judge.exchanged(guesses):
+        for k, other in ((i, j), (j, i)):
+            reason = f"{guesses[k].reason}, but it and {guesses[other].label} look exchanged"
+            verdicts[k] = Verdict(replace(guesses[k], confidence=UNSURE, reason=reason), True)
+    return verdicts
 
 
 class _Judge:
     def __init__(self, found: Distances, skeleton: Skeleton, frames: int) -> None:
         seen = found.count >= max(LEAST_SEEN * frames, 1)
         self.spread = np.where(seen, found.spread, np.nan)
+        self.mean = np.where(seen, found.mean, np.nan)
         self.near = {
             s.name: {s.name, s.parent or s.name}
             | {c.name for c in skeleton.segments if c.parent == s.name}
@@ -74,11 +93,20 @@ class _Judge:
         self.members: dict[str, list[int]] = {}
         self.usual: dict[str, float] = {}
 
-    def seat(self, guesses: list[NameGuess]) -> None:
-        """Take the markers that are placed so far as what the others are measured against."""
+    def seat(self, guesses: list[NameGuess], *, certain: bool = False) -> None:
+        """Take the markers that are placed so far as what the others are measured against.
+
+        Args:
+            guesses: of all labels.
+            certain: of a segment with names of high confidence, take these only.
+        """
         self.members = {}
-        for i, guess in enumerate(guesses):
-            if guess.segment and guess.confidence in (HIGH, LIKELY):
+        placed = [
+            (i, g) for i, g in enumerate(guesses) if g.segment and g.confidence in (HIGH, LIKELY)
+        ]
+        sure = {g.segment for _, g in placed if g.confidence == HIGH} if certain else set()
+        for i, guess in placed:
+            if guess.confidence == HIGH or guess.segment not in sure:
                 self.members.setdefault(guess.segment, []).append(i)
         self.usual = {s: self._usual(members) for s, members in self.members.items()}
 
@@ -110,32 +138,128 @@ class _Judge:
         moves = f"keeps its distance to {segment} within {1e3 * best:.1f} mm"
         return replace(guess, segment=segment, confidence=LIKELY, reason=f"{guess.reason}; {moves}")
 
+    def lost(self, i: int, guess: NameGuess) -> Verdict | None:
+        """The verdict on a placed marker that keeps its distance to no part of the body; or None."""
+        if not guess.segment or guess.confidence not in (HIGH, LIKELY):
+            return None
+        fits = self._misfits(i, 1)
+        own = self._own(fits, guess.segment)
+        if own is None:
+            return None
+        limit = ABSURD if guess.confidence == HIGH else TOO_MUCH
+        away = self._away(i, guess.segment)
+        if away > BODY:
+            why = f"but {away:.1f} m away from {guess.segment}'s others"
+        elif own > limit and fits[0][0] > limit:
+            why = f"but it keeps its distance to nothing ({1e3 * own:.0f} mm)"
+        else:
+            return None
+        if guess.confidence == LIKELY:
+            why += "; a second person or an object?"
+        reason = f"{guess.reason}, {why}"
+        return Verdict(
+            replace(guess, confidence=UNSURE, reason=reason, lost=True), guess.confidence == HIGH
+        )
+
     def confirm(self, i: int, guess: NameGuess) -> Verdict:
         """A placed marker, and whether it moves with its segment."""
         if not guess.segment or guess.confidence not in (HIGH, LIKELY):
             return Verdict(guess)
-        own = next((m for m, s in self._misfits(i, 1) if s == guess.segment), None)
-        fits = self._misfits(i, 2)
-        far = next(((m, s) for m, s in fits if s not in self.near[guess.segment]), None)
+        if lost := self.lost(i, guess):
+            return lost
+        fits = self._misfits(i, 1)
+        own = self._own(fits, guess.segment)
+        alone = guess.segment not in {s for _, s in fits}
+        least = 1 if alone else 2
+        counted = self._misfits(i, least)
+        far = next(((m, s) for m, s in counted if s not in self.near[guess.segment]), None)
         if own is None or far is None:
             return Verdict(guess)
-        if own > max(RIGID, CLEARLY * far[0]) and far[0] < RIGID:
+        # A joint lies between a lonely marker and its neighbours.
+        rigid = TOO_MUCH if alone else RIGID
+        if own > max(rigid, CLEARLY * far[0]) and far[0] < rigid:
             reason = (
                 f"{guess.reason}, but it moves with {far[1]} "
                 f"({1e3 * far[0]:.0f} mm against {1e3 * own:.0f} mm)"
             )
             return Verdict(replace(guess, confidence=UNSURE, reason=reason), True)
-        best, segment = fits[0]
-        if guess.confidence == LIKELY and segment != guess.segment:
-            if best < RIGID < own and own > 2 * CLEARLY * best:
-                reason = f"{guess.reason}, but it moves rather with {segment}"
-                return Verdict(replace(guess, confidence=UNSURE, reason=reason))
-        elif "keeps its distance" in guess.reason:
+        if alone:
             return Verdict(guess)
-        elif own < RIGID and far[0] > max(CLEARLY * own, SHOWN):
+        best, segment = fits[0]
+        if own > max(CLEARLY * best, STILL):
+            reason = f"{guess.reason}, but it moves rather with {segment}"
+            doubtful = guess.confidence == LIKELY or guess.segment in {s for _, s in counted}
+            if doubtful and best < RIGID < own and own > 2 * CLEARLY * best:
+                # With two others to tell: not even a marker beside the joint fits the neighbour so much better.
+                return Verdict(
+                    replace(guess, confidence=UNSURE, reason=reason), guess.confidence == HIGH
+                )
+            return Verdict(replace(guess, confidence=LIKELY, reason=reason))
+        if "keeps its distance" in guess.reason:
+            return Verdict(guess)
+        if own < RIGID and own <= CLEARLY * best and far[0] > max(CLEARLY * own, SHOWN):
             reason = f"{guess.reason}; moves with it ({1e3 * own:.1f} mm)"
             return Verdict(replace(guess, confidence=HIGH, reason=reason))
         return Verdict(guess)
+
+    def exchanged(self, guesses: list[NameGuess]) -> list[tuple[int, int]]:
+        """Pairs of placed markers that each fit better with the other's segment, the clearest first.
+
+        Each marker is in one pair at most; a pair's markers do not count for each other.
+        """
+        placed = {k: s for s, members in self.members.items() for k in members}
+        better: dict[int, set[str]] = {}
+        own: dict[int, float] = {}
+        for i, segment in placed.items():
+            middle = self._middle(i, segment)
+            if guesses[i].confidence in (HIGH, LIKELY) and middle > STILL:
+                own[i] = middle
+                better[i] = {
+                    s for m, s in self._misfits(i, 1) if s != segment and m * EACH < middle
+                }
+        found = []
+        for i, first in own.items():
+            for j, second in own.items():
+                if i >= j or placed[j] not in better[i] or placed[i] not in better[j]:
+                    continue
+                there = self._middle(i, placed[j], j)
+                back = self._middle(j, placed[i], i)
+                # What is left of two noises is no evidence.
+                there, back = max(there, EXACT), max(back, EXACT)
+                if max(there, back) > RIGID:
+                    continue
+                one, other = first / there, second / back
+                if min(one, other) > EACH and one * other > BOTH**2:
+                    found.append((one * other, i, j))
+        pairs: list[tuple[int, int]] = []
+        taken: set[int] = set()
+        for _, i, j in sorted(found, reverse=True):
+            if not {i, j} & taken:
+                pairs.append((i, j))
+                taken |= {i, j}
+        return pairs
+
+    def _middle(self, i: int, segment: str, without: int = -1) -> float:
+        """The median of a marker's spreads to a segment's others; NaN where there are none."""
+        spreads = self.spread[i, [k for k in self.members[segment] if k not in (i, without)]]
+        spreads = spreads[np.isfinite(spreads)]
+        return float(np.median(spreads)) if len(spreads) else np.nan
+
+    def _own(self, fits: list[tuple[float, str]], segment: str) -> float | None:
+        """The misfit to a marker's own segment; where it is alone there, to the closest neighbour."""
+        own = next((m for m, s in fits if s == segment), None)
+        return (
+            own if own is not None else next((m for m, s in fits if s in self.near[segment]), None)
+        )
+
+    def _away(self, i: int, segment: str) -> float:
+        """How far a marker is from its segment's or a neighbour's markers, the middle one; 0 for none."""
+        found = []
+        for name in self.near[segment]:
+            means = self.mean[i, [k for k in self.members.get(name, []) if k != i]]
+            means = np.sort(means[np.isfinite(means)])
+            found += [float(means[(len(means) - 1) // 2])] if len(means) else []
+        return min(found, default=0.0)
 
     def _worst(self, i: int) -> list[tuple[float, str]]:
         """(largest spread of its distances, segment), the best first."""

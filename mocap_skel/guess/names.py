@@ -40,6 +40,7 @@ class NameGuess:
         rank: of labels for one marker, the one with the smallest.
         computed: the name of a point that a model computed.
         double_of: the label that stands in the file more than once, "" for none.
+        lost: it keeps its distance to no part of the body: another body's.
     """
 
     label: str
@@ -50,6 +51,7 @@ class NameGuess:
     rank: float = 1e9
     computed: bool = False
     double_of: str = ""
+    lost: bool = False
 
 
 def guess_names(
@@ -107,8 +109,22 @@ class _Labels:
             confidence = LIKELY if of.confidence == HIGH else of.confidence
             reason = f"a double of {first[1]}"
             return NameGuess(label, of.segment, "", confidence, reason, 1e8, of.computed, first[1])
+        if either := self._either(label):
+            return NameGuess(label, "", "", UNSURE, either)
         best = self._by_code(label) or self._by_words(label) or self._by_letter(label)
         return best or NameGuess(label, "", "", OPEN, "the name says nothing")
+
+    def _either(self, label: str) -> str:
+        """What an ambiguous code may be; "" where it is none, or the other labels settle it."""
+        candidates = self._candidates(label)
+        sided = (_stem(rest) for side, rest, mirrored in candidates if side and not mirrored)
+        # The first is the likeliest: RTH1 is R and TH, not RT and H; but LFT1 is not LFT and 1.
+        code = next(filter(None, sided), "")
+        for either in self.table.either:
+            there = not either.where or either.where & self.rests
+            if there and code in either.codes and not either.unless & self.rests:
+                return either.reason
+        return ""
 
     def _computed(self, label: str) -> str:
         words = tokens(label)
@@ -193,7 +209,10 @@ class _Labels:
         for spelled, kind in ((rest, "code"), (stem, "cluster"), (stem, "numbered")):
             if kind == "cluster" and stem != rest:
                 places = self.table.clusters.get(stem, [])
-                usable = {p.segment: p for p in places if not p.sided or side}
+                sided = [p for p in places if p.sided]
+                # H1 is on the head, LH1 on the left hand.
+                places = sided if side and sided else [p for p in places if not p.sided]
+                usable = {p.segment: p for p in places}
                 if len(usable) == 1 and self._many(whole):
                     yield "cluster", None, next(iter(usable.values()))
             elif kind == "code" or (kind == "numbered" and stem != rest):
