@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mocap_skel.readers import layout, section
 from mocap_skel.readers.frames import Groups, first_frame
 from mocap_skel.readers.layout import Layout
-from mocap_skel.readers.machine import dtype, native
+from mocap_skel.readers.machine import dtype, native, numbers
 from mocap_skel.readers.raw import number, texts
 from mocap_skel.readers.section import Header, Section
 
@@ -52,6 +52,23 @@ class Survey:
     def read(self, first: int, count: int) -> NDArray[np.float32]:
         """Values of frames, (frames, points, 4): as `read_frames`."""
         return read_frames(self.path, self.base, self.layout, first, count)
+
+    def read_some(self, frames: NDArray[np.intp]) -> NDArray[np.float32]:
+        """Values of single frames, (frames, points, 4)."""
+        return np.concatenate([self.read(int(at), 1) for at in frames])
+
+    def raw(self, first: int, count: int) -> NDArray[np.uint8]:
+        """Bytes of frames, (frames, stride), analog values too; those that are not there are zeros."""
+        stride = self.layout.stride
+        at = self.base + self.layout.start + first * stride
+        found = np.fromfile(self.path, np.uint8, count * stride, offset=at)
+        return np.pad(found, (0, count * stride - len(found))).reshape(count, stride)
+
+    def values(self, found: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """Bytes as the numbers that the points are made of."""
+        kind, machine = "f4" if self.layout.width == 4 else "i2", self.layout.machine
+        with np.errstate(invalid="ignore"):
+            return numbers(found.tobytes(), kind, machine).astype(np.float64)
 
 
 def survey(path: Path) -> Survey:
