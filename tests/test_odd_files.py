@@ -169,7 +169,29 @@ def test_a_name_that_cannot_be_printed(path, name):
 def test_a_scale_that_the_header_has_otherwise(path, scale):
     """Where the two differ POINT:SCALE holds, as it holds for most programs."""
     change(c3d_file(path, tracks(), scale=2 * scale), 12, "<f", scale)
-    assert is_right(path, tolerance=0.06).notes == ()
+    said = ("POINT:SCALE is 0.1, the header's 0.05; the first is taken",)
+    # That of floats is no number that anything is multiplied with.
+    assert is_right(path, tolerance=0.06).notes == (said if scale > 0 else ())
+
+
+def test_integers_without_a_scale(path):
+    # Nothing says that they are integers, but as floats they would be none.
+    change(c3d_file(path, tracks().round(), scale=1.0, SCALE=None), 12, "<f", 0.0)
+    assert "no scale for integer points: taken as 1" in notes(is_right(path, tracks().round()))
+
+
+@pytest.mark.parametrize("said", [(60, 31), (50, 60)])
+def test_two_numbers_of_frames_for_which_there_is_room(path, said):
+    by_parameters, by_header = said
+    c3d_file(path, tracks(), FRAMES=by_parameters, last=by_header)
+    said = f"POINT:FRAMES is {by_parameters}, the header's {by_header}; 60 frames are taken"
+    assert said in notes(is_right(path))
+
+
+def test_analog_data_that_nobody_needs_are_no_note(path):
+    c3d_file(path, tracks(), analogs=24, machine="MIPS")
+    change(path, 18, ">H", 0)
+    assert "py-c3d cannot" not in notes(is_right(path))
 
 
 def test_a_group_without_a_record(path):

@@ -47,9 +47,12 @@ def _read_raw(path: Path, salvage: bool) -> RawClip:
         raise ClipError(f"{path}: {error.message}", error.hint) from error
     if not found.layout.points:
         raise ClipError(f"{path}: no points in it (points: 0, frames: {found.layout.declared})")
-    reasons = (*_cut_off(path, found, salvage), *found.doubts, *found.contradictions)
+    # ezc3d has no way to read them.
+    mips = ("MIPS numbers",) if found.section.machine == "MIPS" else ()
+    reasons = (*_cut_off(path, found, salvage), *mips, *found.doubts, *found.contradictions)
     raw = _without_ezc3d(path, "; ".join(reasons)) if reasons else _with_ezc3d(path, found)
     raw = checked(raw, found, salvage)
+    raw = replace(raw, notes=(*raw.notes, *found.remarks()))
     if found.layout.tail < found.layout.stride + BLOCK:
         return raw
     note = f"the file goes on after the {found.layout.declared} frames that it says it has"

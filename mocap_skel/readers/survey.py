@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.readers import layout, section
-from mocap_skel.readers.frames import Groups, first_frame
+from mocap_skel.readers.frames import WORD, Groups, first_frame, unsigned
 from mocap_skel.readers.layout import Layout
 from mocap_skel.readers.machine import dtype, native, numbers
 from mocap_skel.readers.raw import number, texts
 from mocap_skel.readers.section import Header, Section
-
-_WORD = 0xFFFF
 
 
 @dataclass(frozen=True)
@@ -42,6 +40,28 @@ class Survey:
     contradictions: tuple[str, ...]
     doubts: tuple[str, ...]
     base: int = 0
+
+    def remarks(self) -> Iterator[str]:
+        """What the file says in two ways without harm to its readers, one phrase each."""
+        point, header, layout = self.section.groups.get("POINT", {}), self.header, self.layout
+        rate, scale = number(point.get("RATE")), number(point.get("SCALE"))
+        if rate > 0 and header.rate > 0 and abs(rate - header.rate) > 1e-3 * rate:
+            yield f"POINT:RATE is {rate:g} Hz, the header's {header.rate:g}; the first is taken"
+        said = unsigned(point.get("FRAMES"))
+        # Counts past 16 bits stand elsewhere, and what the file has no room for is told apart.
+        short = max(said, header.frames, layout.declared, header.last) < WORD
+        fits = max(said, header.frames) <= layout.room
+        if short and fits and min(said, header.frames) > 0 and said != header.frames:
+            yield (
+                f"POINT:FRAMES is {said}, the header's {header.frames}; "
+                f"{layout.declared} frames are taken"
+            )
+        if layout.width == 4:
+            return
+        if not (scale or self.header.scale):
+            yield "no scale for integer points: taken as 1"
+        elif scale and header.scale and abs(abs(scale / header.scale) - 1) > 1e-3:
+            yield f"POINT:SCALE is {scale:g}, the header's {header.scale:g}; the first is taken"
 
     @property
     def scale(self) -> float:
@@ -128,7 +148,7 @@ def _missing(header: Header, groups: Groups) -> Iterator[str]:
     if not header.analogs:
         return
     analog = groups.get("ANALOG", {})
-    used = int(number(analog.get("USED"))) & _WORD
+    used = unsigned(analog.get("USED"))
     for name in ("USED", "RATE", "GEN_SCALE"):
         if not len(analog.get(name, ())):
             yield f"ANALOG:{name} is missing"
