@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,15 +16,17 @@ from mocap_skel.errors import CallError, ClipError, FitError, RootError
 from mocap_skel.export import WRITERS, Options
 from mocap_skel.export.files import safe_name, write_all
 from mocap_skel.fit import SkeletonFit, fit_skeleton
-from mocap_skel.isolation import GIGABYTE, TaskError, Worker
 from mocap_skel.joint import BEST
 from mocap_skel.readers import read_clip
 from mocap_skel.skeleton import shipped_with_root
 from mocap_skel.text import listed
 
+if TYPE_CHECKING:
+    from mocap_skel.isolation import Worker
+
 # What one clip in a child may take; a long clip honestly needs more of both than a short one.
-SECONDS, SECONDS_PER_BYTE = 120.0, 2e-6
-MEMORY, MEMORY_PER_BYTE = 2 * GIGABYTE, 20.0
+SECONDS, SECONDS_PER_BYTE = 30.0, 2e-6
+MEMORY, MEMORY_PER_BYTE = 2 << 30, 20.0
 
 
 @dataclass(frozen=True)
@@ -110,9 +113,12 @@ class Isolated:
     """
 
     def __init__(self, paths: Sequence[Path], job: Job) -> None:
+        # One clip needs none of it; `fit` starts sooner without.
+        from mocap_skel.isolation import Worker
+
         self._waiting = deque(paths)
         self._job = job
-        self._worker = Worker()
+        self._worker: Worker = Worker()
         self._next()
 
     def __enter__(self) -> Isolated:
@@ -127,6 +133,8 @@ class Isolated:
         Raises:
             MocapSkelError: as there; or the child died, took too long, or too much memory.
         """
+        from mocap_skel.isolation import TaskError
+
         try:
             done = self._worker.result(SECONDS + SECONDS_PER_BYTE * _size(path))
         except TaskError as error:

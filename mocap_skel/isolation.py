@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import multiprocessing
 import os
 import pickle
@@ -16,6 +17,11 @@ from pathlib import Path
 from typing import Any
 
 GIGABYTE = 1 << 30
+# A child that holds more between two tasks is replaced: what it keeps of one clip is room that the
+# next would lack, and its address space says no more how much that one uses.
+_KEPT = 300 << 20
+# What the loader says where the limit is in its way.
+_NO_ROOM = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory")
 
 
 class TaskError(Exception):
@@ -31,6 +37,7 @@ class Worker:
     def __init__(self) -> None:
         self._child: BaseProcess | None = None
         self._pipe: Connection | None = None
+        self._fat = False
 
     def __enter__(self) -> Worker:
         return self
@@ -46,7 +53,7 @@ class Worker:
             arguments: what can be sent to it.
             memory: bytes that it may use.
         """
-        if self._child is None or not self._child.is_alive():
+        if self._child is None or self._fat or not self._child.is_alive():
             self.stop()
             self._spawn()
         assert self._pipe is not None
@@ -69,7 +76,7 @@ class Worker:
             self.stop()
             raise TaskError(f"took longer than {seconds:.0f} s")
         try:
-            worked, value = self._pipe.recv()
+            worked, value, self._fat = self._pipe.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
             self._child.join(5)
             code = self._child.exitcode
@@ -88,6 +95,7 @@ class Worker:
         if self._pipe is not None:
             self._pipe.close()
         self._child = self._pipe = None
+        self._fat = False
 
     def _spawn(self) -> None:
         # A process that is forked while BLAS has threads may hang.
@@ -135,29 +143,58 @@ def _serve(pipe: Connection) -> None:
         try:
             _limit(memory)
             answer = True, function(*arguments)
-        except MemoryError:
-            answer = False, TaskError(f"needs more than {memory / GIGABYTE:.3g} GB of memory")
         except Exception as error:
-            # The parent has no other way to see where it was raised.
-            error.add_note(traceback.format_exc())
-            answer = False, error
+            answer = False, _told(error, memory)
         try:
-            pipe.send(answer)
-        except (pickle.PicklingError, TypeError, AttributeError) as error:
-            pipe.send((False, RuntimeError(f"{type(answer[1]).__name__}: {error}")))
+            _send(pipe, *answer)
         except OSError:
             return
 
 
-def _limit(memory: int) -> None:
-    """Let this process use so many bytes, where the system can see to it."""
+def _send(pipe: Connection, worked: bool, value: Any) -> None:
+    """The answer, or that it cannot be sent, and whether this process is to be replaced."""
+    try:
+        message = pickle.dumps((worked, value, _memory()[1] > _KEPT))
+    except MemoryError:
+        value = TaskError("needs more memory than it may use for its result")
+        message = pickle.dumps((False, value, True))
+    except (pickle.PicklingError, TypeError, AttributeError) as error:
+        value = RuntimeError(f"{type(value).__name__}: {error}")
+        message = pickle.dumps((False, value, _memory()[1] > _KEPT))
+    pipe.send_bytes(message)
+
+
+def _told(error: Exception, memory: int) -> Exception:
+    """An error as the parent gets it: want of memory has many names."""
+    starved = isinstance(error, OSError) and error.errno == errno.ENOMEM
+    # A library in C that finds no room to be loaded.
+    starved |= isinstance(error, ImportError) and any(why in str(error) for why in _NO_ROOM)
+    if starved or isinstance(error, MemoryError):
+        return TaskError(f"needs more than {memory / GIGABYTE:.3g} GB of memory")
+    # The parent has no other way to see where it was raised.
+    error.add_note(traceback.format_exc())
+    return error
+
+
+def _memory() -> tuple[int, int]:
+    """Bytes that this process has reserved and that it uses; zeros where the system does not say."""
     statistics = Path("/proc/self/statm")
     if sys.platform == "win32" or not statistics.exists():
+        return 0, 0
+    import resource
+
+    reserved, used = (int(n) * resource.getpagesize() for n in statistics.read_text().split()[:2])
+    return reserved, used
+
+
+def _limit(memory: int) -> None:
+    """Let this process use so many bytes, where the system can see to it."""
+    reserved, used = _memory()
+    if sys.platform == "win32" or not used:
         return
     import resource
 
     # Address space is what can be limited, and BLAS reserves much more than it uses.
-    reserved, used = (int(n) * resource.getpagesize() for n in statistics.read_text().split()[:2])
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     limit = reserved + max(0, memory - used)
     if hard != resource.RLIM_INFINITY:

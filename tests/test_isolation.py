@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import multiprocessing
 import os
 import shutil
@@ -99,6 +100,42 @@ def test_a_child_gets_no_more_memory_than_its_limit(worker):
     assert ask(worker, hungry, GIGABYTE // 4) == GIGABYTE // 4
 
 
+kept = []
+
+
+def hoards(size):
+    kept.append(np.ones(size, np.uint8))
+    return os.getpid()
+
+
+def cannot_load(error):
+    raise error
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is known on Linux only")
+def test_a_child_that_keeps_what_a_large_clip_took_is_replaced(worker):
+    small, large = GIGABYTE // 100, GIGABYTE // 2
+    first = ask(worker, hoards, small)
+    assert ask(worker, hoards, large) == first
+    # It would have no room at all for the next: that one's limit is less than what it holds.
+    assert ask(worker, hoards, GIGABYTE // 5, memory=large) != first
+
+
+@pytest.mark.parametrize(
+    ("error", "starved"),
+    [
+        (ImportError("_ezc3d.so: failed to map segment from shared object"), True),
+        (OSError(errno.ENOMEM, os.strerror(errno.ENOMEM)), True),
+        (ImportError("no module named ezc3d"), False),
+        (OSError(errno.ENOENT, "No such file"), False),
+    ],
+)
+def test_want_of_memory_has_many_names(worker, error, starved):
+    with pytest.raises(TaskError if starved else type(error)) as raised:
+        ask(worker, cannot_load, error)
+    assert ("needs more than 1 GB of memory" in str(raised.value)) == starved
+
+
 batch_render = batch.render
 
 
@@ -181,3 +218,16 @@ def test_ctrl_c_is_130_and_leaves_no_child(tmp_path, samples):
     assert ended(running.pid)
     written = list((tmp_path / "out").iterdir())
     assert written and not [path for path in written if path.suffix == ".part"]
+
+
+def test_one_clip_by_itself_loads_nothing_for_children(samples, tmp_path):
+    code = (
+        "import sys\nfrom mocap_skel.cli import main\ntry:\n    main(sys.argv[1:])\n"
+        "except SystemExit as end:\n    print(end.code, 'multiprocessing' in sys.modules)"
+    )
+    clip = samples / "nearly_still.c3d"
+    call = ["fit", clip, "--assoc", "cmu", "-o", tmp_path]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(str, call)], capture_output=True, text=True
+    )
+    assert done.stdout.splitlines()[-1] == "0 False"

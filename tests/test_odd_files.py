@@ -169,7 +169,29 @@ def test_a_name_that_cannot_be_printed(path, name):
 def test_a_scale_that_the_header_has_otherwise(path, scale):
     """Where the two differ POINT:SCALE holds, as it holds for most programs."""
     change(c3d_file(path, tracks(), scale=2 * scale), 12, "<f", scale)
-    assert is_right(path, tolerance=0.06).notes == ()
+    said = ("POINT:SCALE is 0.1, the header's 0.05; the first is taken",)
+    # That of floats is no number that anything is multiplied with.
+    assert is_right(path, tolerance=0.06).notes == (said if scale > 0 else ())
+
+
+def test_integers_without_a_scale(path):
+    # Nothing says that they are integers, but as floats they would be none.
+    change(c3d_file(path, tracks().round(), scale=1.0, SCALE=None), 12, "<f", 0.0)
+    assert "no scale for integer points: taken as 1" in notes(is_right(path, tracks().round()))
+
+
+@pytest.mark.parametrize("said", [(60, 31), (50, 60)])
+def test_two_numbers_of_frames_for_which_there_is_room(path, said):
+    by_parameters, by_header = said
+    c3d_file(path, tracks(), FRAMES=by_parameters, last=by_header)
+    said = f"POINT:FRAMES is {by_parameters}, the header's {by_header}; 60 frames are taken"
+    assert said in notes(is_right(path))
+
+
+def test_analog_data_that_nobody_needs_are_no_note(path):
+    c3d_file(path, tracks(), analogs=24, machine="MIPS")
+    change(path, 18, ">H", 0)
+    assert "py-c3d cannot" not in notes(is_right(path))
 
 
 def test_a_group_without_a_record(path):
@@ -458,3 +480,95 @@ def test_every_shared_clip_is_read_alike_by_both(path):
         assert read_clip(path).frames == first.layout.frames
     else:
         same(with_ezc3d.read(path), with_c3d.read(path))
+
+
+# --- Damage that no counter tells ----------------------------------------------------------------
+
+
+def spans(path, data, at, message, before):
+    """The file is refused as damaged, and --salvage reads the frames before."""
+    path.write_bytes(data)
+    with pytest.raises(ClipError, match=message) as error:
+        read_clip(path)
+    assert "--salvage reads" in error.value.hint
+    clip = read_clip(path, salvage=True)
+    assert before - 3 <= clip.frames <= before
+    np.testing.assert_allclose(
+        clip.points[:-1] * 1000, tracks(200, 8)[: clip.frames - 1], atol=0.06
+    )
+    assert "are read" in notes(clip)
+
+
+@pytest.mark.parametrize(("scale", "analogs"), [(-1.0, 0), (-1.0, 5), (0.1, 0), (0.1, 5)])
+@pytest.mark.parametrize("count", [4, 16, 52])
+@pytest.mark.parametrize("way", ["lost", "inserted"])
+def test_bytes_lost_or_inserted_among_the_points(path, scale, analogs, count, way):
+    data = c3d_file(path, tracks(200, 8), scale=scale, analogs=analogs).read_bytes()
+    found = survey(path)
+    at = found.layout.start + 90 * found.layout.stride + 37
+    if way == "lost":
+        data = data[:at] + data[at + count :] + bytes(count)
+    else:
+        data = data[:at] + bytes(count) + data[at:-count]
+    spans(path, data, at, r"clip\.c3d: damaged: bytes are lost or inserted at frame \d\d", 91)
+
+
+def test_points_that_jump_all_at_once_are_no_lost_bytes(path):
+    """Two takes in one, a figure that turns about at once, labels that are exchanged in pairs."""
+    points = tracks(200, 8)
+    for other in (points[100:] + 3000, -points[100:], points[100:, [1, 0, 3, 2, 5, 4, 7, 6]]):
+        joined = np.concatenate([points[:100], other])
+        assert is_right(c3d_file(path, joined), joined).notes == ()
+    rng = np.random.default_rng(4)
+    noise = rng.normal(0, 900, (200, 8, 3))
+    assert is_right(c3d_file(path, noise), noise).notes == ()
+
+
+@pytest.mark.parametrize("scale", [-1.0, 0.1])
+def test_a_tail_of_zeros_is_one_of_a_file_that_is_cut_off(path, scale):
+    data = c3d_file(path, tracks(200, 8), scale=scale).read_bytes()
+    found = survey(path)
+    at = found.layout.start + 90 * found.layout.stride + 21
+    rest = bytes(len(data) - at)
+    spans(path, data[:at] + rest, at, "nothing but zeros from frame 92 on, as in a file", 91)
+    # Some blank frames are nobody's loss.
+    at = found.layout.start + 195 * found.layout.stride
+    path.write_bytes(data[:at] + bytes(len(data) - at))
+    assert read_clip(path).frames == 200
+
+
+def test_a_file_whose_way_of_saying_missing_is_zeros(path):
+    points = tracks(200, 8)
+    points[30:60, 2] = points[90:] = 0
+    c3d_file(path, points)
+    clip = read_clip(path)
+    assert clip.frames == 200
+    assert "nothing but zeros from frame 91 on: is the file cut off there?" in notes(clip)
+    # Analog channels that stop with the points tell.
+    data = c3d_file(path, points + 0.0, analogs=4).read_bytes()
+    found = survey(path)
+    frames = np.frombuffer(data, "<f4", 200 * 36, found.layout.start).reshape(200, 36).copy()
+    frames[:90, 32:] = 0.5
+    frames[90:] = 0
+    start = found.layout.start
+    path.write_bytes(data[:start] + frames.tobytes() + data[start + frames.nbytes :])
+    with pytest.raises(ClipError, match="as in a file that is cut off"):
+        read_clip(path)
+
+
+def test_noise_among_the_points_is_damage(path):
+    data = bytearray(c3d_file(path, tracks(200, 8)).read_bytes())
+    found = survey(path)
+    at = found.layout.start + 90 * found.layout.stride + 21
+    data[at : at + 600] = np.random.default_rng(5).bytes(600)
+    path.write_bytes(data)
+    with pytest.raises(
+        ClipError, match=r"damaged: coordinates such as .* frames from \d\d"
+    ) as error:
+        read_clip(path)
+    assert error.value.hint == "--salvage reads the other frames"
+    clip = read_clip(path, salvage=True)
+    assert "where every marker counts as missing" in notes(clip)
+    lost = np.isnan(clip.points).all(axis=(1, 2))
+    assert lost[90:95].all() and lost.sum() <= 11
+    np.testing.assert_allclose(clip.points[~lost] * 1000, tracks(200, 8)[~lost], atol=1e-3)

@@ -662,6 +662,9 @@ def test_the_rate_of_the_header_and_the_rate_asked_for(path):
     assert read_clip(c3d_file(path, cloud(), rate=120.0, RATE=0.0)).rate == 120.0
     assert read_clip(c3d_file(path, cloud(), rate=120.0, RATE=None)).rate == 120.0
     assert read_clip(path, rate=60).rate == 60.0
+    clip = read_clip(c3d_file(path, cloud(), rate=120.0, RATE=100.0))
+    assert clip.rate == 100.0
+    assert clip.notes == ("POINT:RATE is 100 Hz, the header's 120; the first is taken",)
 
 
 @pytest.mark.parametrize("rate", [0, -1, np.nan, np.inf])
@@ -682,6 +685,14 @@ def test_up_axis(path, said, up, noted):
     clip = read_clip(c3d_file(path, cloud(), Y_SCREEN=said))
     assert clip.up == up
     assert ("Y_SCREEN" in notes(clip)) == noted
+
+
+@pytest.mark.parametrize("reader", [with_ezc3d.read, with_c3d.read])
+def test_a_residual_of_minus_zero_is_a_point(path, reader):
+    residuals = np.full((20, 3), -0.0)
+    residuals[4, 1] = -1
+    raw = reader(c3d_file(path, cloud(), residuals=residuals))
+    assert np.argwhere(raw.invalid).tolist() == [[4, 1]]
 
 
 # --- Not a C3D ----------------------------------------------------------------------------------
@@ -743,7 +754,7 @@ def test_every_machine_and_kind_of_number(path, machine, scale, analogs, capfd):
     np.testing.assert_allclose(raw.points, points, rtol=1e-6, atol=max(scale, 0) / 2)
     assert (raw.rate, raw.first_frame) == (100.0, 300)
     clip = read_clip(path)
-    assert ("ezc3d cannot read it: MIPS" in notes(clip)) == (machine == "MIPS")
+    assert ("MIPS numbers; read with" in notes(clip)) == (machine == "MIPS")
     assert capfd.readouterr() == ("", "")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from mocap_skel.clip import Clip
 from mocap_skel.errors import ClipError
 from mocap_skel.readers.clean import clean
+from mocap_skel.readers.damage import checked
 from mocap_skel.readers.layout import relative_step
 from mocap_skel.readers.raw import RawClip
 from mocap_skel.readers.section import BLOCK
@@ -27,13 +28,13 @@ def read_clip(
         path: the file.
         unit: the file's length unit (mm, cm, dm, m, in, ft), in place of what it says.
         rate: frames a second, in place of what the file says.
-        salvage: read the whole frames that a file holds which is cut off.
+        salvage: read the whole frames that a file holds which is cut off or damaged.
 
     Raises:
-        ClipError: the file cannot be read, is cut off, or holds no marker.
+        ClipError: the file cannot be read, is cut off or damaged, or holds no marker.
         CallError: `unit` is no length unit, or `rate` not above zero.
     """
-    return clean(_read_raw(Path(path), salvage), unit, rate)
+    return clean(_read_raw(Path(path), salvage), unit, rate, salvage)
 
 
 def _read_raw(path: Path, salvage: bool) -> RawClip:
@@ -46,8 +47,12 @@ def _read_raw(path: Path, salvage: bool) -> RawClip:
         raise ClipError(f"{path}: {error.message}", error.hint) from error
     if not found.layout.points:
         raise ClipError(f"{path}: no points in it (points: 0, frames: {found.layout.declared})")
-    reasons = (*_cut_off(path, found, salvage), *found.doubts, *found.contradictions)
+    # ezc3d has no way to read them.
+    mips = ("MIPS numbers",) if found.section.machine == "MIPS" else ()
+    reasons = (*_cut_off(path, found, salvage), *mips, *found.doubts, *found.contradictions)
     raw = _without_ezc3d(path, "; ".join(reasons)) if reasons else _with_ezc3d(path, found)
+    raw = checked(raw, found, salvage)
+    raw = replace(raw, notes=(*raw.notes, *found.remarks()))
     if found.layout.tail < found.layout.stride + BLOCK:
         return raw
     note = f"the file goes on after the {found.layout.declared} frames that it says it has"

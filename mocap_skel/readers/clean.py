@@ -14,12 +14,17 @@ from mocap_skel.readers.raw import FARTHEST, RawClip, texts
 from mocap_skel.readers.units import SIGN_OF, scale
 from mocap_skel.text import listed
 
-# The part of all samples that may be damaged by a byte here and there.
-_DAMAGED = 0.05
+# So many samples, or numbers, that cannot be coordinates are an oddity; more are damage.
+_ODD = 2
+# Frames beside such samples that are no better than they.
+_NEAR = 2
 
 
-def clean(raw: RawClip, unit: str | None, rate: float | None) -> Clip:
+def clean(raw: RawClip, unit: str | None, rate: float | None, salvage: bool = False) -> Clip:
     """Decide what a raw file holds; every decision that is not plain becomes a note.
+
+    Args:
+        salvage: whether frames with such coordinates count as missing.
 
     Raises:
         ClipError: no points, no markers, no frame rate, or coordinates that cannot be.
@@ -38,7 +43,7 @@ def clean(raw: RawClip, unit: str | None, rate: float | None) -> Clip:
     subjects = [subjects[i] for i in keep]
     labels = told_apart([names[i] for i in keep], subjects, keep, notes)
     points = np.take(raw.points, keep, axis=1)
-    points[_missing(points, raw.invalid[:, keep], raw.path, notes)] = np.nan
+    points[_missing(points, raw.invalid[:, keep], raw, salvage, notes)] = np.nan
     if not np.isfinite(points).any():
         raise ClipError(f"{raw.path}: every marker is missing in every frame")
     metres = scale(points, unit, raw, notes)
@@ -58,12 +63,16 @@ def clean(raw: RawClip, unit: str | None, rate: float | None) -> Clip:
 
 
 def _missing(
-    points: NDArray[np.float64], invalid: NDArray[np.bool_], path: str, notes: list[str]
+    points: NDArray[np.float64],
+    invalid: NDArray[np.bool_],
+    raw: RawClip,
+    salvage: bool,
+    notes: list[str],
 ) -> NDArray[np.bool_]:
     """(frames, markers): residual below zero, exactly (0, 0, 0), not a number, or nowhere on Earth.
 
     Raises:
-        ClipError: so many are nowhere that these are no points.
+        ClipError: what is nowhere is damage.
     """
     # One coordinate at a time: numpy is slow at reducing an axis of three.
     x, y, z = (points[..., axis] for axis in range(3))
@@ -73,13 +82,52 @@ def _missing(
     missing = invalid | zero | ~(np.isfinite(x) & np.isfinite(y) & np.isfinite(z))
     far = ~missing & ((abs(x) > FARTHEST) | (abs(y) > FARTHEST) | (abs(z) > FARTHEST))
     if far.any():
-        # A program that writes one number for what it did not see writes the same everywhere.
-        if len(np.unique(points[far], axis=0)) > _DAMAGED * (~missing).sum():
-            raise ClipError(
-                f"{path}: damaged: coordinates such as {points[far].flat[abs(points[far]).argmax()]:.3g} in it"
-            )
+        damaged = _damaged(points, far)
+        if damaged.any():
+            return np.asarray(missing | _refused(points, far, damaged, raw, salvage, notes))
         notes.append(f"samples farther off than {FARTHEST:.0e} that count as missing: {far.sum()}")
     return np.asarray(missing | far)
+
+
+def _damaged(points: NDArray[np.float64], far: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(frames,): those which hold what no program writes.
+
+    A program that has one number for what it did not see writes the same everywhere, and a sample
+    or two may be anything. Many different numbers that no coordinate can be are damage, and what
+    stands among and right beside them is no better where it looks like a coordinate.
+    """
+    coordinates = points[far]
+    values = np.unique(coordinates[np.abs(coordinates) > FARTHEST])
+    frames = far.any(axis=1)
+    if len(values) <= _ODD or far.sum() <= _ODD:
+        return np.zeros(len(points), dtype=bool)
+    near = np.convolve(frames, np.ones(2 * _NEAR + 1))[_NEAR:-_NEAR]
+    return np.asarray(near > 0)
+
+
+def _refused(
+    points: NDArray[np.float64],
+    far: NDArray[np.bool_],
+    damaged: NDArray[np.bool_],
+    raw: RawClip,
+    salvage: bool,
+    notes: list[str],
+) -> NDArray[np.bool_]:
+    """(frames, 1), the damaged frames, which count as missing where somebody asked for the rest.
+
+    Raises:
+        ClipError: nobody did, or nothing is left.
+    """
+    coordinates = points[far]
+    worst = coordinates.flat[np.abs(coordinates).argmax()]
+    at = np.flatnonzero(damaged) + raw.first_frame
+    where = f"frame {at[0]}" if len(at) == 1 else f"{len(at)} frames from {at[0]} to {at[-1]}"
+    what = f"damaged: coordinates such as {worst:.3g} in it, {where}"
+    if not salvage or damaged.all():
+        hint = None if damaged.all() else "--salvage reads the other frames"
+        raise ClipError(f"{raw.path}: {what}", hint)
+    notes.append(f"{what}, where every marker counts as missing")
+    return damaged[:, None]
 
 
 def _rate(raw: RawClip, rate: float | None) -> float:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from mocap_skel.readers.raw import number
 
 Groups = dict[str, dict[str, Any]]
-_WORD = 0xFFFF
+WORD = 0xFFFF
+"""The largest number of 16 bits."""
 
 
 def first_frame(header: int, groups: Groups) -> int:
@@ -24,7 +25,7 @@ def first_frame(header: int, groups: Groups) -> int:
     start = _long(groups.get("TRIAL", {}).get("ACTUAL_START_FIELD"))
     # A clip cut out of a longer take may keep the take's number: believed where the header's is the
     # same as far as 16 bits go, or at their end.
-    return start if start > _WORD and header in (start & _WORD, _WORD) else header
+    return start if start > WORD and header in (start & WORD, WORD) else header
 
 
 def frame_count(
@@ -51,18 +52,18 @@ def frame_count(
     counted = claims[0] if claims else 0
     # A cut clip may keep the take's numbers here too: only a count that 16 bits cannot hold and
     # that the file has the bytes for is believed, or one that the short counters are the rest of.
-    held = [n for n in longer if counted < n <= room and first + n - 1 > _WORD]
+    held = [n for n in longer if counted < n <= room and first + n - 1 > WORD]
     if held:
         return max(held)
-    cut = [n for n in longer if n > _WORD and all(c in (_WORD, n & _WORD) for c in claims)]
+    cut = [n for n in longer if n > WORD and all(c in (WORD, n & WORD) for c in claims)]
     if claims and cut:
         return max(cut)
     exact = [n for n in claims if fills(n)]
     if exact:
         return max(exact)
     # ezc3d writes a longer clip with -1 for its length and nothing beside it.
-    if counted == _WORD and (room >= _WORD or len(claims) < 2):
-        return max(room, _WORD)
+    if counted == WORD and (room >= WORD or len(claims) < 2):
+        return max(room, WORD)
     fitting = [n for n in claims if n <= room]
     return fitting[0] if fitting else min(claims, default=room)
 
@@ -79,10 +80,16 @@ def without_padding(data: NDArray[Any], said: int) -> int:
     return len(data) - len(past) + (int(used[-1]) + 1 if len(used) else 0)
 
 
+def unsigned(value: Any) -> int:
+    """A number of 16 bits that some write with a sign; larger ones as they are, 0 without one."""
+    found = int(number(value))
+    return found & WORD if found < 0 else found
+
+
 def _long(value: Any) -> int:
     """A number in two words, the low one first, or in one value; 0 without it."""
     words = np.atleast_1d(value if value is not None else []).ravel()
     if len(words) != 2:
         return int(number(words))
-    low, high = (int(number(word)) & _WORD for word in words)
+    low, high = (int(number(word)) & WORD for word in words)
     return low + (high << 16)

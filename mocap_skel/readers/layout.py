@@ -12,11 +12,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.readers.frames import Groups, frame_count
+from mocap_skel.readers.frames import WORD, Groups, frame_count, unsigned
 from mocap_skel.readers.raw import FARTHEST, number
 from mocap_skel.readers.section import BLOCK, Header, Section
 
-_WORD = 0xFFFF
 _PLACES = 48
 _GUESSES = 8
 # Steps that can be those of tracks, as `relative_step` counts.
@@ -113,14 +112,8 @@ def find(
 
 def _claims(header: Header, groups: Groups) -> list[int]:
     """Frames by the parameters, which is unsigned whatever it says, and by the header."""
-    counted = int(number(groups.get("POINT", {}).get("FRAMES")))
-    counted = counted & _WORD if counted < 0 else counted
+    counted = unsigned(groups.get("POINT", {}).get("FRAMES"))
     return [n for n in dict.fromkeys([counted, header.frames]) if n > 0]
-
-
-def _unsigned(group: dict[str, object], name: str) -> int:
-    value = int(number(group.get(name)))
-    return value & _WORD if value < 0 else value
 
 
 def analog_words(header: Header, groups: Groups) -> int | None:
@@ -131,19 +124,19 @@ def analog_words(header: Header, groups: Groups) -> int | None:
     samples = header.samples
     rates = number(analog.get("RATE")), number(point.get("RATE")) or header.rate
     if not samples and min(rates) > 0:
-        samples = round(min(rates[0] / rates[1], _WORD))
-    return _unsigned(analog, "USED") * samples
+        samples = round(min(rates[0] / rates[1], WORD))
+    return unsigned(analog["USED"]) * samples
 
 
 def _said(size: int, header: Header, section: Section) -> Iterator[Layout]:
     """Every layout that the header's and the parameters' numbers allow, the header's first."""
     point = section.groups.get("POINT", {})
-    points = [header.points, *([_unsigned(point, "USED")] if "USED" in point else [])]
+    points = [header.points, *([unsigned(point["USED"])] if "USED" in point else [])]
     points = [n for n in points if n] or [0]
     analogs = [header.analogs, analog_words(header, section.groups)]
     scales = [header.scale, number(point.get("SCALE"))]
     widths = [4 if scale < 0 else 2 for scale in scales if scale] or [4]
-    blocks = [header.data_block, _unsigned(point, "DATA_START")]
+    blocks = [header.data_block, unsigned(point.get("DATA_START"))]
     after = -(-section.end // BLOCK)
     starts = [(n - 1) * BLOCK for n in blocks if section.start < (n - 1) * BLOCK < size]
     starts = starts or [after * BLOCK]
@@ -242,8 +235,8 @@ def _contradictions(
 ) -> Iterator[str]:
     """What the file says of its points that is not so."""
     point = section.groups.get("POINT", {})
-    used = _unsigned(point, "USED") if "USED" in point else None
-    start = _unsigned(point, "DATA_START") or None
+    used = unsigned(point["USED"]) if "USED" in point else None
+    start = unsigned(point.get("DATA_START")) or None
     analogs = analog_words(header, section.groups)
     block = layout.start // BLOCK + 1
     for where, what, said, found in (
@@ -261,5 +254,5 @@ def _contradictions(
         if scale and (4 if scale < 0 else 2) != layout.width:
             yield f"{where} says that the points are {kinds[6 - layout.width]}, which they are not"
     for count in claims:
-        if layout.declared <= layout.room < count != _WORD:
+        if layout.declared <= layout.room < count != WORD:
             yield f"the file says {count} frames and has {layout.declared}"

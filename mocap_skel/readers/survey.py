@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.readers import layout, section
-from mocap_skel.readers.frames import Groups, first_frame
+from mocap_skel.readers.frames import WORD, Groups, first_frame, unsigned
 from mocap_skel.readers.layout import Layout
-from mocap_skel.readers.machine import dtype, native
+from mocap_skel.readers.machine import dtype, native, numbers
 from mocap_skel.readers.raw import number, texts
 from mocap_skel.readers.section import Header, Section
-
-_WORD = 0xFFFF
 
 
 @dataclass(frozen=True)
@@ -43,6 +41,28 @@ class Survey:
     doubts: tuple[str, ...]
     base: int = 0
 
+    def remarks(self) -> Iterator[str]:
+        """What the file says in two ways without harm to its readers, one phrase each."""
+        point, header, layout = self.section.groups.get("POINT", {}), self.header, self.layout
+        rate, scale = number(point.get("RATE")), number(point.get("SCALE"))
+        if rate > 0 and header.rate > 0 and abs(rate - header.rate) > 1e-3 * rate:
+            yield f"POINT:RATE is {rate:g} Hz, the header's {header.rate:g}; the first is taken"
+        said = unsigned(point.get("FRAMES"))
+        # Counts past 16 bits stand elsewhere, and what the file has no room for is told apart.
+        short = max(said, header.frames, layout.declared, header.last) < WORD
+        fits = max(said, header.frames) <= layout.room
+        if short and fits and min(said, header.frames) > 0 and said != header.frames:
+            yield (
+                f"POINT:FRAMES is {said}, the header's {header.frames}; "
+                f"{layout.declared} frames are taken"
+            )
+        if layout.width == 4:
+            return
+        if not (scale or self.header.scale):
+            yield "no scale for integer points: taken as 1"
+        elif scale and header.scale and abs(abs(scale / header.scale) - 1) > 1e-3:
+            yield f"POINT:SCALE is {scale:g}, the header's {header.scale:g}; the first is taken"
+
     @property
     def scale(self) -> float:
         """What integers are to be multiplied with."""
@@ -52,6 +72,23 @@ class Survey:
     def read(self, first: int, count: int) -> NDArray[np.float32]:
         """Values of frames, (frames, points, 4): as `read_frames`."""
         return read_frames(self.path, self.base, self.layout, first, count)
+
+    def read_some(self, frames: NDArray[np.intp]) -> NDArray[np.float32]:
+        """Values of single frames, (frames, points, 4)."""
+        return np.concatenate([self.read(int(at), 1) for at in frames])
+
+    def raw(self, first: int, count: int) -> NDArray[np.uint8]:
+        """Bytes of frames, (frames, stride), analog values too; those that are not there are zeros."""
+        stride = self.layout.stride
+        at = self.base + self.layout.start + first * stride
+        found = np.fromfile(self.path, np.uint8, count * stride, offset=at)
+        return np.pad(found, (0, count * stride - len(found))).reshape(count, stride)
+
+    def values(self, found: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """Bytes as the numbers that the points are made of."""
+        kind, machine = "f4" if self.layout.width == 4 else "i2", self.layout.machine
+        with np.errstate(invalid="ignore"):
+            return numbers(found.tobytes(), kind, machine).astype(np.float64)
 
 
 def survey(path: Path) -> Survey:
@@ -111,7 +148,7 @@ def _missing(header: Header, groups: Groups) -> Iterator[str]:
     if not header.analogs:
         return
     analog = groups.get("ANALOG", {})
-    used = int(number(analog.get("USED"))) & _WORD
+    used = unsigned(analog.get("USED"))
     for name in ("USED", "RATE", "GEN_SCALE"):
         if not len(analog.get(name, ())):
             yield f"ANALOG:{name} is missing"

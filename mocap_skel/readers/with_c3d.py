@@ -45,14 +45,18 @@ def read(path: Path) -> RawClip:
             groups, reader = _groups(path, found.section.machine), "py-c3d"
         except _REFUSALS as error:
             reason = " ".join(str(error).split()) or type(error).__name__
-            notes = (f"py-c3d cannot read its parameters either: {reason}",)
+            # Nobody here needs the analog data over which it stumbles.
+            if "analog" not in reason.lower():
+                notes = (f"py-c3d cannot read its parameters either: {reason}",)
     layout, point = found.layout, groups.get("POINT", {})
     data = found.read(0, layout.frames)
     data = data[: without_padding(data, layout.sure)]
     with np.errstate(invalid="ignore"):
         points = data[..., :3].astype(np.float64)
     # The fourth value holds a residual and a set of cameras; only its sign means the same to all.
-    invalid = np.signbit(data[..., 3]) if layout.width == 4 else data[..., 3] < 0
+    # A zero has no sign here: some write -0.0 for a point without a residual.
+    with np.errstate(invalid="ignore"):
+        invalid = data[..., 3] < 0
     if layout.width == 2:
         points *= found.scale
     points[invalid] = np.nan
