@@ -41,7 +41,8 @@ def checked(raw: RawClip, found: Survey, salvage: bool) -> RawClip:
         if not blank or _writes_zeros(found, blank):
             raw = replace(raw, notes=(*raw.notes, f"{said}: is the file cut off there?"))
         else:
-            raw = _before(raw, blank, f"{said}, as in a file that is cut off", salvage)
+            # The last frame before them may be cut in the middle of a point.
+            raw = _before(raw, blank - 1, f"{said}, as in a file that is cut off", salvage)
     with np.errstate(invalid="ignore"):
         at = _shifted_at(found, min(blank, len(raw.points)))
     if at is None:
