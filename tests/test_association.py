@@ -168,7 +168,10 @@ def test_markers_come_in_the_skeletons_order_whatever_the_clips(write):
 
 
 # Parts of a body, and sets of a few markers a segment; all the others cover whole bodies.
-SMALL = {"left_arm", "left_leg", "right_arm", "right_leg", "lower_body_plates", "plug_in_gait_kad"}
+SMALL = {
+    "left_arm", "left_leg", "right_arm", "right_leg", "lower_body_plates",
+    "plug_in_gait_kad", "numbered_points",
+}  # fmt: skip
 # Its comment says why nothing can be fitted.
 NOTHING_TO_FIT = "motion_monitor_points"
 

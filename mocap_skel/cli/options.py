@@ -140,6 +140,8 @@ rate = click.option(
     "--rate", type=float, metavar="HZ", help="Frames a second, whatever the file says."
 )
 salvage = click.option(
-    "--salvage", is_flag=True, help="Read the whole frames of a clip whose file is cut off."
+    "--salvage",
+    is_flag=True,
+    help="Read the frames that are left of a clip whose file is cut off or damaged.",
 )
 quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")
