@@ -326,11 +326,9 @@ def _exchanged(x: Array, between: Array, distance: Array, middle: Array, bad: Ma
     below that; a pair that does was exchanged. Of the two ways round the rarer one is wrong.
     """
     turn = np.einsum("pdf,pdf->pf", between[..., 1:], between[..., :-1])
-    holed = np.flatnonzero(np.isnan(turn).any(axis=1))
     with np.errstate(invalid="ignore"):
-        pairs = np.flatnonzero((turn < -0.5 * middle[:, None]).any(axis=1))
-    if len(holed):
-        pairs = np.union1d(pairs, holed)
+        wide = (turn < -0.5 * middle[:, None]).any(axis=1)
+    pairs = np.flatnonzero(wide | np.isnan(turn).any(axis=1))
     both = list(combinations(range(len(x)), 2))
     found = None
     for pair in pairs:

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.errors import ClipError
+from mocap_skel.readers.layout import spread
 from mocap_skel.readers.raw import FARTHEST, RawClip
 from mocap_skel.readers.survey import Survey
 
 # Blank frames at the end that no one has to explain: so many, or such a part of all.
 _FEW, _PART = 10, 0.02
 _CHUNK = 1 << 24
-_PLACES = 48
 _POINTS = 24
 _PROOFS = 8
 # Steps that are so many usual ones are looked at, beside the widest.
@@ -107,7 +107,7 @@ def _shifted_at(found: Survey, frames: int) -> int | None:
     layout = found.layout
     if layout.points < _ENOUGH or frames < 10:
         return None
-    some = found.read_some(np.unique(np.linspace(0, frames - 1, _PLACES).astype(int)))
+    some = found.read_some(spread(frames))
     seen = np.flatnonzero((some[..., :3] != 0).any(axis=2).mean(axis=0) > 0.5)
     if len(seen) < _ENOUGH:
         return None
