@@ -178,18 +178,14 @@ def fit_centre(
     eye = np.broadcast_to(np.eye(3), (inside.shape[1], 3, 3))
     lever = Lever.of(frame.shape, noise)
     leverage = np.zeros_like(eye) if lever is None else lever.covariance(moments)
-    own = eye if noise is None else np.broadcast_to(noise, eye.shape)
-    weights = np.ones(len(eye))
+    shape = eye if noise is None else np.broadcast_to(noise, eye.shape)
     if each:
-        shown_by = marker_noise(moments)
-        weights = shown_by.weights
-        # A marker's residual holds the frame's noise as well, which has a shape of its own.
-        frames = sigma**2 * np.trace(leverage, axis1=1, axis2=2) / 3
-        rest = np.maximum(shown_by.sigma**2 - frames, (LEAST_SHARE * shown_by.sigma) ** 2)
-        own = rest[:, None, None] / max(sigma**2, np.finfo(float).tiny) * eye
-    fit = _fit(inside, moments, method, sigma, own + leverage, weights if each else None, lever)
-    if each:
+        own, weights = _noise_of_each(moments, sigma, leverage)
+        fit = _fit(inside, moments, method, sigma, own + leverage, weights, lever)
         fit = replace(fit, sigma=fit.sigma * np.sqrt(np.trace(own, axis1=1, axis2=2).mean() / 3))
+    else:
+        weights = np.ones(len(eye))
+        fit = _fit(inside, moments, method, sigma, shape + leverage, None, lever)
     away = np.linalg.norm(inside - fit.centre, axis=-1)
     seen = np.isfinite(away)
     counts = seen.sum(axis=0)
@@ -199,7 +195,7 @@ def fit_centre(
     # Skin movement is not independent of the joint's, so it is nothing to take away; but spread that
     # it alone would make, with the segments' rigid residuals as its size, proves nothing.
     skin = frame.shape.sigma if frame.shape else own_sigma
-    still = own_sigma**2 * (eye if noise is None else noise) + skin**2 * leverage
+    still = own_sigma**2 * shape + skin**2 * leverage
     weakest = float(np.sqrt(max(float(fit.spread.min()), 0.0)))
     rank = int(fit.rank)
     shown = _shown(rank, weakest, residual, _spread_over_noise(moments, still))
@@ -230,6 +226,18 @@ def fit_centre(
         axis=fit.axes[:, 0] if rank == 2 else _square_axis(moments, fit),
         hinge=rank == 2,
     )
+
+
+def _noise_of_each(moments: Moments, sigma: float, leverage: Array) -> tuple[Array, Array]:
+    """Σ̂_p / sigma², (M, 3, 3), of each marker by its own residuals, and the weights that go with it.
+
+    A marker's residual holds the frame's noise as well, which has a shape of its own: the leverage.
+    """
+    found = marker_noise(moments)
+    frames = sigma**2 * np.trace(leverage, axis1=1, axis2=2) / 3
+    rest = np.maximum(found.sigma**2 - frames, (LEAST_SHARE * found.sigma) ** 2)
+    own = rest[:, None, None] / max(sigma**2, np.finfo(float).tiny) * np.eye(3)
+    return own, found.weights
 
 
 def _name(method: str, rank: int, markers: int) -> str:

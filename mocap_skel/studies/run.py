@@ -21,6 +21,7 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, OutputError
 from mocap_skel.export.files import check_folder, check_free, safe_name, write_all
 from mocap_skel.export.tables_csv import rows_csv
+from mocap_skel.extras import extra
 from mocap_skel.fit import SkeletonFit
 from mocap_skel.readers import read_clip
 from mocap_skel.studies import accuracy, speed, tables
@@ -30,7 +31,6 @@ from mocap_skel.studies.resample import (
     NEAR,
     SHARE,
     Answer,
-    Group,
     Summary,
     refits,
     summarise,
@@ -198,26 +198,21 @@ def _in_words(summary: Summary, failed: int) -> list[str]:
             f"{100 * NEAR:g} cm of their joint's mean"
         )
     total = Counter(answer.joint for answer in summary.answers)
-    second = [group for group in summary.groups if group.cluster > 1]
-    for text, groups in (
-        (
-            "joints with several answers, each measured about its own mean",
-            _often(second, total, True),
-        ),
-        ("joints with odd answers, by other axes or another method", _often(second, total, False)),
+    several: Counter[str] = Counter()
+    odd: Counter[str] = Counter()
+    for group in summary.groups:
+        if group.cluster > 1:
+            # A share of the joint's answers that is worth the name, or strays.
+            often = group.answers >= max(3, SHARE * total[group.joint])
+            (several if often else odd)[group.joint] += group.answers
+    for text, counts in (
+        ("joints with several answers, each measured about its own mean", several),
+        ("joints with odd answers, by other axes or another method", odd),
     ):
-        counts = Counter(
-            {joint: sum(g.answers for g in groups if g.joint == joint) for joint in total}
-        )
-        shown = [f"{joint} ({counts[joint]} of {total[joint]})" for joint in total if counts[joint]]
+        shown = [f"{joint} ({count} of {total[joint]})" for joint, count in counts.items()]
         if shown:
             words.append(f"{text}: {', '.join(shown)}")
     return words
-
-
-def _often(groups: list[Group], total: Counter[str], often: bool) -> list[Group]:
-    """The groups that hold a share of their joint's answers that is worth the name, or the others."""
-    return [g for g in groups if (g.answers >= max(3, SHARE * total[g.joint])) == often]
 
 
 def _all_passes(
@@ -286,8 +281,6 @@ def run_speed(trials: int, most_points: int, seed: int, where: Where) -> Finding
     Raises:
         MocapSkelError: SciPy or matplotlib is missing, or the results cannot be written.
     """
-    from mocap_skel.extras import extra
-
     extra("scipy.optimize", "mle")
     names = where.names("speed", ["trials", "ratios"], ["figure26", "figure27"])
     check_folder(where.folder)
@@ -324,8 +317,6 @@ def run_accuracy(plan: accuracy.Plan, where: Where) -> Findings:
     Raises:
         MocapSkelError: SciPy or matplotlib is missing, or the results cannot be written.
     """
-    from mocap_skel.extras import extra
-
     extra("scipy.optimize", "mle")
     names = where.names("accuracy", ["scores", "noise", "markers"], ["map"])
     check_folder(where.folder)
