@@ -17,9 +17,10 @@ from mocap_skel.joint import BEST, LEAST_SAMPLES, CentreFit, Frame, JointFit, fi
 from mocap_skel.left_out import LeftOut, left_out, notes
 from mocap_skel.noise import clip_noise
 from mocap_skel.pose import Array, Pose, by_rows, one_marker_pose
+from mocap_skel.priors import Expected, Surroundings, expected_joint, subject_size
 from mocap_skel.shape import Shape, find_shape, median
 from mocap_skel.skeleton import Segment, Skeleton
-from mocap_skel.spherefit import DegenerateSphereError
+from mocap_skel.spherefit import DegenerateSphereError, Moments, sphere_moments
 from mocap_skel.text import listed
 from mocap_skel.trouble import Mask, off_sphere, out_of_shape
 
@@ -107,6 +108,7 @@ def fit_skeleton(
     method: str = BEST,
     noise: str = "rigid",
     search: bool = True,
+    prior: str = "skeleton",
 ) -> SkeletonFit:
     """Fit a skeleton to one subject of a clip.
 
@@ -133,7 +135,9 @@ def fit_skeleton(
     if pose not in POSES:
         raise ValueError(f"pose must be one of {POSES}, got {pose!r}")
     check_method(method, noise, sigma)
-    walk = _Walk(clip, assignment, skeleton, sigma, pose == "triad", method, noise, search)
+    walk = _Walk(
+        clip, assignment, skeleton, sigma, pose == "triad", method, noise, search, prior != "none"
+    )
     for segment in skeleton.segments:
         walk.visit(segment)
     if skeleton.joints and not any(joint.fitted for joint in walk.joints):
@@ -168,9 +172,10 @@ class _Walk:
         method: str,
         noise: str,
         search: bool,
+        prior: bool,
     ) -> None:
         self.clip, self.skeleton, self.triad = clip, skeleton, triad
-        self.method, self.search = method, search
+        self.method, self.search, self.prior = method, search, prior
         self.notes: list[str] = []
         self.lost: list[str] = []
         self.segments: dict[str, SegmentFit] = {}
@@ -194,6 +199,7 @@ class _Walk:
             shape = find_shape(points, squares) if points.shape[1] >= 3 else None
             if shape is not None:
                 self.shapes[name] = shape
+        self.size = subject_size(skeleton, self._distance) if prior else 1.0
         self.noise = clip_noise(self.points, self.shapes, sigma, noise)
         self.sigma = self.noise.sigma
         if self.noise.note:
@@ -214,6 +220,36 @@ class _Walk:
         if lost:
             self.lost.append(f"{listed(lost)} ({segment})")
         return there
+
+    def _track(self, marker: str) -> Array | None:
+        """A marker's points (frames, 3)."""
+        for segment, columns in self.markers.items():
+            if marker in columns:
+                return self.points[segment][:, list(columns).index(marker)]
+        return None
+
+    def _distance(self, first: str, second: str) -> float | None:
+        ends = [self._track(first), self._track(second)]
+        if ends[0] is None or ends[1] is None:
+            return None
+        found = float(median(np.linalg.norm(ends[0] - ends[1], axis=1)))
+        return found if np.isfinite(found) else None
+
+    def _expected(self, segment: Segment, inside: Array) -> Expected | None:
+        """Where anatomy has the joint of a segment, whose markers are `inside` its parent's frame."""
+        assert segment.parent is not None
+        if not self.prior or not segment.priors:
+            return None
+        parent, columns = self.segments[segment.parent], list(self.markers[segment.name])
+
+        def lower(markers: tuple[str, ...]) -> Moments | None:
+            if not all(m in columns for m in markers):
+                return None
+            found = sphere_moments(inside[:, [columns.index(m) for m in markers]].mean(axis=1))
+            return found if found.count >= LEAST_SAMPLES else None
+
+        around = Surroundings(parent.template, parent.joint, lower, self.size)
+        return expected_joint(segment.priors, self.skeleton.landmarks, around)
 
     def _leave_out(self, segment: str, left: Mask) -> None:
         """Samples (frames, M) of a segment's markers that nothing from here on shall see."""
@@ -283,13 +319,14 @@ class _Walk:
         parent = self.segments[segment.parent]
         points = self.points[segment.name]
         inside = parent.pose.to_segment(points)
-        found = self._centre(segment, inside)
+        expected = self._expected(segment, inside)
+        found = self._centre(segment, inside, expected)
         left = None
         if self.search and found is not None:
-            left = off_sphere(inside, points, found.centre)
+            left = off_sphere(inside, points, found.motion)
         if left is not None:
             self._leave_out(segment.name, left)
-            found = self._centre(segment, np.where(left[..., None], np.nan, inside))
+            found = self._centre(segment, np.where(left[..., None], np.nan, inside), expected)
         if found is None:
             return None
         used = np.isfinite(found.radius)
@@ -305,7 +342,9 @@ class _Walk:
             **{f.name: getattr(found, f.name) for f in fields(CentreFit)},
         )
 
-    def _centre(self, segment: Segment, inside: Array) -> CentreFit | None:
+    def _centre(
+        self, segment: Segment, inside: Array, expected: Expected | None
+    ) -> CentreFit | None:
         assert segment.parent is not None
         own = self.shapes.get(segment.name)
         return fit_centre(
@@ -316,6 +355,7 @@ class _Walk:
             self.method,
             self.noise.in_frame(self.segments[segment.parent].pose),
             each=self.noise.each,
+            expected=expected,
         )
 
     def _markers_pose(self, name: str) -> Pose:

@@ -8,6 +8,8 @@ import numpy as np
 
 from mocap_skel.lever import Lever
 from mocap_skel.pose import Array
+from mocap_skel.posterior import combine, systematic
+from mocap_skel.priors import Expected
 from mocap_skel.shape import Shape
 from mocap_skel.spherefit import (
     NOISELESS,
@@ -62,6 +64,10 @@ class CentreFit:
         axis: (3,) in the parent's frame: a hinge's axis, otherwise the direction that is most square to
             the lines from the centre to the markers.
         hinge: whether one direction, and only one, was left out: the joint turns about it.
+        motion: (3,) the centre that the motion alone gives; NaN where it gives none.
+        share: how much of the centre is from the motion, 0 to 1; the rest is anatomy's.
+        landmarks: the markers that anatomy's part rests on; empty without a prior.
+        source: whose word the prior is.
     """
 
     centre: Array
@@ -78,6 +84,10 @@ class CentreFit:
     method: str
     axis: Array
     hinge: bool
+    motion: Array
+    share: float
+    landmarks: tuple[str, ...]
+    source: str
 
     @property
     def fitted(self) -> bool:
@@ -133,6 +143,7 @@ def unfitted(joint: str, parent: str, child: str, frames: int, reason: str) -> J
         centre=np.full(3, nothing), covariance=np.full((3, 3), nothing), samples=0, effective=0.0,
         radius=np.empty(0), residual=nothing, sigma=nothing, weakest_sd=nothing, angle=nothing,
         determined="no", reason=reason, method="", axis=np.full(3, nothing), hinge=False,
+        motion=np.full(3, nothing), share=nothing, landmarks=(), source="",
         joint=joint, parent=parent, child=child, markers=(), track=np.full((frames, 3), nothing),
     )  # fmt: skip
 
@@ -146,6 +157,7 @@ def fit_centre(
     noise: Array | None = None,
     *,
     each: bool = False,
+    expected: Expected | None = None,
 ) -> CentreFit | None:
     """The common centre of the child's markers in the parent's frame.
 
@@ -157,6 +169,7 @@ def fit_centre(
         method: one of `spherefit.METHODS`, or `BEST`.
         noise: (3, 3) Σ̂ / sigma² of a marker along the parent's axes; the unit matrix if None.
         each: take each marker's noise from its own radial residuals instead, and weigh it by that.
+        expected: where anatomy has the joint.
 
     Returns:
         None where no marker has enough samples. A marker that is never seen has the radius NaN.
@@ -166,7 +179,9 @@ def fit_centre(
     """
     there = np.asarray(np.isfinite(inside[..., 0]).any(axis=0))
     if not there.all():
-        found = fit_centre(inside[:, there], sigma, own_sigma, frame, method, noise, each=each)
+        found = fit_centre(
+            inside[:, there], sigma, own_sigma, frame, method, noise, each=each, expected=expected
+        )
         if found is None:
             return None
         radius = np.full(len(there), np.nan)
@@ -181,11 +196,13 @@ def fit_centre(
     shape = eye if noise is None else np.broadcast_to(noise, eye.shape)
     if each:
         own, weights = _noise_of_each(moments, sigma, leverage)
-        fit = _fit(inside, moments, method, sigma, own + leverage, weights, lever)
+        taken = own + leverage
+        fit = _fit(inside, moments, method, sigma, taken, weights, lever)
         fit = replace(fit, sigma=fit.sigma * np.sqrt(np.trace(own, axis1=1, axis2=2).mean() / 3))
     else:
         weights = np.ones(len(eye))
-        fit = _fit(inside, moments, method, sigma, shape + leverage, None, lever)
+        taken = shape + leverage
+        fit = _fit(inside, moments, method, sigma, taken, None, lever)
     away = np.linalg.norm(inside - fit.centre, axis=-1)
     seen = np.isfinite(away)
     counts = seen.sum(axis=0)
@@ -202,6 +219,11 @@ def fit_centre(
     if method == "mle":
         weights = 1.0 / np.maximum(fit.radius**2, np.finfo(float).tiny)
     covariance = _covariance(moments, fit, weights, effective, sigma, still, shown[0] == "yes")
+    skin_covariance = systematic(
+        moments, fit, radial_variance(moments, fit), float(fit.sigma) ** 2 * taken, leverage,
+        _reach(moments),
+    )  # fmt: skip
+    both = combine(fit.centre, covariance + skin_covariance, expected)
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     determined, reason = min(
         ("yes", "") if fit.converged else ("no", f"{method.upper()} did not converge"),
@@ -211,11 +233,11 @@ def fit_centre(
         key=lambda verdict: VERDICTS.index(verdict[0]),
     )
     return CentreFit(
-        centre=fit.centre,
-        covariance=covariance,
+        centre=both.centre,
+        covariance=both.covariance,
         samples=int(counts.sum()),
         effective=float(effective.sum()),
-        radius=fit.radius,
+        radius=fit.radius if expected is None else _radius(moments, fit, both.centre),
         residual=residual,
         sigma=float(fit.sigma),
         weakest_sd=weakest,
@@ -225,6 +247,10 @@ def fit_centre(
         method=_name(method, rank, len(counts)),
         axis=fit.axes[:, 0] if rank == 2 else _square_axis(moments, fit),
         hinge=rank == 2,
+        motion=fit.centre,
+        share=both.share,
+        landmarks=() if expected is None else expected.landmarks,
+        source="" if expected is None else expected.source,
     )
 
 
@@ -283,6 +309,16 @@ def _worst_error(covariance: Array) -> float:
     return float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
 
 
+def _reach(moments: Moments) -> float:
+    return _root_mean_square(np.linalg.norm(moments.mean, axis=1))
+
+
+def _radius(moments: Moments, fit: SphereFit, centre: Array) -> Array:
+    """(M,): the markers' distances from another centre than the fit's, by the same moments."""
+    before, after = ((moments.mean - c) ** 2 for c in (fit.centre, centre))
+    return np.asarray(np.sqrt(np.maximum(fit.radius**2 + (after - before).sum(axis=1), 0.0)))
+
+
 def _root_mean_square(lengths: Array) -> float:
     return float(np.sqrt(np.mean(lengths**2)))
 
@@ -317,7 +353,7 @@ def _covariance(
     moved = solved @ (solved.T @ moved @ solved) @ solved.T
     # The joint is on the parent too: it lies no farther from the markers than the parent's origin. For
     # joints that hardly move the fitted radius comes out near zero and would feign certainty.
-    reach = _root_mean_square(np.linalg.norm(moments.mean, axis=1))
+    reach = _reach(moments)
     radius = fit.radius if shown else np.maximum(fit.radius, reach)
     residual = np.maximum(radial_variance(moments, fit), sigma**2)
     return centre_covariance(

@@ -6,26 +6,18 @@ import re
 import tomllib
 from collections import Counter
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from mocap_skel.errors import SkeletonError
+from mocap_skel.prior_tables import Prior, read_landmarks, read_priors, read_sizes
 from mocap_skel.text import listed, nearest, read_text
+from mocap_skel.toml_checks import is_a, known_keys, names
 from mocap_skel.toml_places import Places
 
 SHIPPED = Path(__file__).parent / "skeletons"
 STANDARD = "human"
-T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Prior:
-    """What is known of a joint before any motion: the mean of landmarks, sd in metres, and whose word it is."""
-
-    landmarks: tuple[str, ...]
-    sd: float
-    source: str
 
 
 @dataclass(frozen=True)
@@ -38,7 +30,7 @@ class Segment:
         joint: the joint towards the parent, None for the root.
         markers: the standard names of the markers that may sit on it.
         ends: the markers whose mean is its end point when it is a leaf; empty means all.
-        prior: optional knowledge about the joint.
+        priors: what is known about the joint, the best first; the first whose landmarks are there counts.
     """
 
     name: str
@@ -46,15 +38,24 @@ class Segment:
     joint: str | None
     markers: tuple[str, ...]
     ends: tuple[str, ...] = ()
-    prior: Prior | None = None
+    priors: tuple[Prior, ...] = ()
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A tree of segments, every parent before its children, the root first."""
+    """A tree of segments, every parent before its children, the root first.
+
+    Attributes:
+        name: the figure.
+        segments: parents first.
+        landmarks: name → sets of markers whose mean it is, the best first.
+        sizes: two markers and their distance in metres in a person of 1.75 m.
+    """
 
     name: str
     segments: tuple[Segment, ...]
+    landmarks: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
+    sizes: tuple[tuple[str, str, float], ...] = ()
 
     def __getitem__(self, name: str) -> Segment:
         return next(s for s in self.segments if s.name == name)
@@ -119,33 +120,34 @@ def _toml_problem(path: Path, text: str, problem: str) -> str:
 
 
 def _build(data: dict[str, Any], places: Places) -> Skeleton:
-    _keys(data, {"name", "segment"}, places, None)
+    known_keys(data, {"name", "landmarks", "sizes", "segment"}, places, None)
     entries = data.get("segment")
     if not isinstance(entries, list) or not entries:
         raise SkeletonError(f"{places.of(None)}: no [[segment]] in it")
     segments = [_segment(entry, places, i) for i, entry in enumerate(entries)]
     _check_tree(segments, places)
-    name = _is(data.get("name", places.path.stem), str, places.of(None, "name"), "name: a text")
-    return Skeleton(name, tuple(_in_order(segments, places)))
+    name = is_a(data.get("name", places.path.stem), str, places.of(None, "name"), "name: a text")
+    landmarks, sizes = read_landmarks(data, places), read_sizes(data, places)
+    return Skeleton(name, tuple(_in_order(segments, places)), landmarks, sizes)
 
 
 def _segment(entry: Any, places: Places, i: int) -> Segment:
     here = places.of(i)
-    entry = _is(entry, dict, here, "segment: a table")
+    entry = is_a(entry, dict, here, "segment: a table")
     if "name" not in entry:
         raise SkeletonError(f"{here}: a segment without a name")
-    name = _is(entry["name"], str, places.of(i, "name"), "name: a text")
+    name = is_a(entry["name"], str, places.of(i, "name"), "name: a text")
     if not name:
         raise SkeletonError(f"{places.of(i, 'name')}: a segment without a name")
-    _keys(entry, {"name", "parent", "joint", "markers", "ends", "prior"}, places, i)
+    known_keys(entry, {"name", "parent", "joint", "markers", "ends", "prior"}, places, i)
     parent, joint = entry.get("parent"), entry.get("joint")
     if (parent is None) != (joint is None):
         raise SkeletonError(
             f"{places.of(i, 'joint' if parent is None else 'parent')}: segment {name!r}: "
             "'parent' and 'joint' belong together; the root has neither"
         )
-    markers = _names(entry.get("markers", []), places, i, "markers")
-    ends = _names(entry.get("ends", []), places, i, "ends")
+    markers = names(entry.get("markers", []), places, i, "markers")
+    ends = names(entry.get("ends", []), places, i, "ends")
     for end in ends:
         if end not in markers:
             raise SkeletonError(
@@ -153,29 +155,14 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
                 nearest(end, markers),
             )
     if parent is not None:
-        _is(parent, str, places.of(i, "parent"), "parent: a text")
-        if not _is(joint, str, places.of(i, "joint"), "joint: a text"):
+        is_a(parent, str, places.of(i, "parent"), "parent: a text")
+        if not is_a(joint, str, places.of(i, "joint"), "joint: a text"):
             raise SkeletonError(f"{places.of(i, 'joint')}: a joint without a name")
-    prior = entry.get("prior")
-    return Segment(
-        name, parent, joint, markers, ends, None if prior is None else _prior(prior, places, i)
-    )
-
-
-def _prior(entry: Any, places: Places, i: int) -> Prior:
-    entry = _is(entry, dict, places.of(i, "prior"), "prior: a table")
-    _keys(entry, {"mean", "sd", "source"}, places, i, "prior.")
-    sd = entry.get("sd")
-    if isinstance(sd, bool) or not isinstance(sd, int | float) or not sd > 0:
-        raise SkeletonError(
-            f"{places.of(i, 'prior.sd')}: sd is a length in metres above 0, not {sd!r}"
-        )
-    source = _is(entry.get("source", ""), str, places.of(i, "prior.source"), "source: a text")
-    return Prior(_names(entry.get("mean", []), places, i, "prior.mean"), float(sd), source)
+    return Segment(name, parent, joint, markers, ends, read_priors(entry.get("prior"), places, i))
 
 
 def _check_tree(segments: list[Segment], places: Places) -> None:
-    names = [s.name for s in segments]
+    all_names = [s.name for s in segments]
     for kind, key, values in (
         ("segment", "name", [(i, s.name) for i, s in enumerate(segments)]),
         ("joint", "joint", [(i, s.joint) for i, s in enumerate(segments) if s.joint]),
@@ -189,21 +176,21 @@ def _check_tree(segments: list[Segment], places: Places) -> None:
                 raise SkeletonError(f"{where}: {kind} {value!r} stands in it {count} times")
     roots = [i for i, s in enumerate(segments) if s.parent is None]
     if len(roots) != 1:
-        found = listed(names[i] for i in roots) or "none"
+        found = listed(all_names[i] for i in roots) or "none"
         raise SkeletonError(
             f"{places.of(roots[1] if roots else 0)}: exactly one root (a segment without parent and "
             f"joint) is needed, found {found}"
         )
     for i, s in enumerate(segments):
-        if s.parent is not None and s.parent not in names:
+        if s.parent is not None and s.parent not in all_names:
             raise SkeletonError(
                 f"{places.of(i, 'parent', s.parent)}: segment {s.name!r} hangs from unknown "
                 f"{s.parent!r}",
-                nearest(s.parent, names) or f"its segments: {listed(names)}",
+                nearest(s.parent, all_names) or f"its segments: {listed(all_names)}",
             )
     # Both stand side by side as column names of skeleton.csv.
     for i, s in enumerate(segments):
-        if s.joint in names:
+        if s.joint in all_names:
             raise SkeletonError(
                 f"{places.of(i, 'joint', s.joint)}: {s.joint!r} names a segment and a joint; "
                 "use two names"
@@ -225,29 +212,3 @@ def _in_order(segments: list[Segment], places: Places) -> list[Segment]:
         placed.append(ready[0])
         waiting.remove(ready[0])
     return placed
-
-
-def _names(value: Any, places: Places, i: int, key: str) -> tuple[str, ...]:
-    if not isinstance(value, list) or not all(isinstance(v, str) and v for v in value):
-        what = key.rpartition(".")[2]
-        raise SkeletonError(
-            f"{places.of(i, key)}: {what}: a list of names is needed, not {value!r}"
-        )
-    return tuple(value)
-
-
-def _is(value: Any, kind: type[T], where: str, what: str) -> T:
-    if not isinstance(value, kind):
-        raise SkeletonError(f"{where}: {what} is needed, not {value!r}")
-    return value
-
-
-def _keys(
-    entry: dict[str, Any], known: set[str], places: Places, i: int | None, inside: str = ""
-) -> None:
-    for key in entry:
-        if key not in known:
-            raise SkeletonError(
-                f"{places.of(i, inside + key)}: unknown key {key!r}",
-                nearest(key, sorted(known)) or f"known: {', '.join(sorted(known))}",
-            )

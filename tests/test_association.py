@@ -222,7 +222,7 @@ def test_a_skeleton_file_gives_any_tree_parents_first(write):
     assert [s.name for s in leg.segments] == ["Thigh", "Shank"]
     assert leg.joints == ("Knee",)
     assert leg["Shank"].ends == ("S2",)
-    assert leg["Shank"].prior.sd == 0.02
+    assert leg["Shank"].priors[0].sd == 0.02
 
 
 def test_an_association_file_names_its_skeleton_beside_itself(write):
