@@ -13,7 +13,7 @@ from typing import Any
 from mocap_skel.errors import SkeletonError
 from mocap_skel.prior_tables import Prior, read_landmarks, read_priors, read_sizes
 from mocap_skel.text import listed, nearest, read_text
-from mocap_skel.toml_checks import is_a, known_keys, names
+from mocap_skel.toml_checks import is_a, known_keys, names, number
 from mocap_skel.toml_places import Places
 
 SHIPPED = Path(__file__).parent / "skeletons"
@@ -31,6 +31,7 @@ class Segment:
         markers: the standard names of the markers that may sit on it.
         ends: the markers whose mean is its end point when it is a leaf; empty means all.
         priors: what is known about the joint, the best first; the first whose landmarks are there counts.
+        looseness: how far the joint is from a ball joint, whose bones roll and glide: 1 for a hip.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Segment:
     markers: tuple[str, ...]
     ends: tuple[str, ...] = ()
     priors: tuple[Prior, ...] = ()
+    looseness: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,9 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
     name = is_a(entry["name"], str, places.of(i, "name"), "name: a text")
     if not name:
         raise SkeletonError(f"{places.of(i, 'name')}: a segment without a name")
-    known_keys(entry, {"name", "parent", "joint", "markers", "ends", "prior"}, places, i)
+    known_keys(
+        entry, {"name", "parent", "joint", "markers", "ends", "prior", "looseness"}, places, i
+    )
     parent, joint = entry.get("parent"), entry.get("joint")
     if (parent is None) != (joint is None):
         raise SkeletonError(
@@ -158,7 +162,12 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
         is_a(parent, str, places.of(i, "parent"), "parent: a text")
         if not is_a(joint, str, places.of(i, "joint"), "joint: a text"):
             raise SkeletonError(f"{places.of(i, 'joint')}: a joint without a name")
-    return Segment(name, parent, joint, markers, ends, read_priors(entry.get("prior"), places, i))
+    priors = read_priors(entry.get("prior"), places, i)
+    looseness = number(
+        entry.get("looseness", 1.0), places.of(i, "looseness"), "looseness is a number above 0",
+        positive=True,
+    )  # fmt: skip
+    return Segment(name, parent, joint, markers, ends, priors, looseness)
 
 
 def _check_tree(segments: list[Segment], places: Places) -> None:
