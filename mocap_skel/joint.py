@@ -54,7 +54,7 @@ class CentreFit:
         samples: marker samples used, all markers together.
         effective: how many of them are independent.
         radius: (M,) distance of each marker from the centre.
-        residual: root mean square of the radial residuals, skin movement included.
+        residual: root mean square of the radial residuals about it, skin movement included.
         sigma: noise standard deviation that the estimator took away.
         weakest_sd: √λ_min, the standard deviation of the markers in their weakest direction.
         angle: half-angle (radians) of the cap with the same weakest standard deviation.
@@ -207,12 +207,9 @@ def fit_centre(
         weights = np.ones(len(eye))
         taken = shape + leverage
         fit = _fit(inside, moments, method, sigma, taken, None, lever)
-    away = np.linalg.norm(inside - fit.centre, axis=-1)
-    seen = np.isfinite(away)
-    counts = seen.sum(axis=0)
-    errors = away - np.where(seen, away, 0.0).sum(axis=0) / np.maximum(counts, 1)
+    errors = _radial_errors(inside, fit.centre)
     effective = effective_counts(errors)
-    residual = float(np.sqrt((np.where(seen, errors, 0.0) ** 2).sum() / counts.sum()))
+    residual = _total_root_mean_square(errors)
     # Skin movement is not independent of the joint's, so it is nothing to take away; but spread that
     # it alone would make, with the segments' rigid residuals as its size, proves nothing.
     skin = frame.shape.sigma if frame.shape else own_sigma
@@ -241,16 +238,20 @@ def fit_centre(
     return CentreFit(
         centre=both.centre,
         covariance=both.covariance,
-        samples=int(counts.sum()),
+        samples=int(moments.count.sum()),
         effective=float(effective.sum()),
         radius=fit.radius if expected is None else _radius(moments, fit, both.centre),
-        residual=residual,
+        residual=(
+            residual
+            if expected is None
+            else _total_root_mean_square(_radial_errors(inside, both.centre))
+        ),
         sigma=float(fit.sigma),
         weakest_sd=weakest,
         angle=float(coverage_angle(weakest, _root_mean_square(fit.radius))),
         determined=determined,
         reason=reason,
-        method=_name(method, rank, len(counts)),
+        method=_name(method, rank, len(eye)),
         axis=fit.axes[:, 0] if rank == 2 else _square_axis(moments, fit),
         hinge=rank == 2,
         motion=fit.centre,
@@ -258,6 +259,19 @@ def fit_centre(
         landmarks=() if expected is None else expected.landmarks,
         source="" if expected is None else expected.source,
     )
+
+
+def _radial_errors(inside: Array, centre: Array) -> Array:
+    """(frames, M): distances from the centre, less each marker's mean."""
+    away = np.linalg.norm(inside - centre, axis=-1)
+    seen = np.isfinite(away)
+    mean = np.where(seen, away, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
+    return np.asarray(away - mean)
+
+
+def _total_root_mean_square(errors: Array) -> float:
+    seen = np.isfinite(errors)
+    return float(np.sqrt((np.where(seen, errors, 0.0) ** 2).sum() / max(int(seen.sum()), 1)))
 
 
 def _noise_of_each(moments: Moments, sigma: float, leverage: Array) -> tuple[Array, Array]:

@@ -16,10 +16,9 @@ from mocap_skel.spherefit import Moments, SphereFit
 SLIDE = 7.5
 # Radians: within such a turn of the marker's direction the skin lies as before, beyond it anew.
 ALIKE = 0.4
-# Metres: how far skin shifts a segment's markers together, unseen where there are no more than three.
-SKIN = 0.005
-# A share of the residuals that no series is too rough for: skin is never quite still.
-LEAST_SMOOTH = 0.02
+# Skin slides about twice as far along a bone as away from it (Cappozzo 1996), and turns the parent's frame
+# by all of it, but only the latter is seen in a radius: ratio of the variances.
+ALONG = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +64,8 @@ def skin_error(
     Residuals that follow each other smoothly are the same whenever the joint comes back to the same place:
     they do not average out over frames or markers, only over the places, as many as the markers'
     directions cover. Three parts: such residuals as the noise of a sphere fit; the slide in proportion to
-    the angle, which they show the size of only; and a noise level that lies anywhere between what was
-    taken away and what the residuals, with the frame's own skin, show at most.
+    the angle, which they show the size of only; and what they add to the noise that was taken away, on
+    the child and by the parent's frame, of which nobody knows how much is independent of the motion.
 
     Args:
         moments: of the child's markers in the parent's frame.
@@ -79,23 +78,25 @@ def skin_error(
         looseness: of the joint, 1 for a ball.
     """
     away = moments.mean - fit.centre
-    radius = np.maximum(np.linalg.norm(away, axis=1), np.finfo(float).tiny)
+    radius = np.maximum(np.linalg.norm(away, axis=1), np.finfo(float).eps * reach)
     below = np.maximum(moments.count - 1.0, 0.0)
     weight = below / below.sum()
     solved = fit.axes[:, 3 - int(fit.rank) :]
     part = solved @ solved.T
     moved = moments.covariance - noise
     cap = part @ np.einsum("p,pij->ij", weight / radius**2, moved) @ part
-    skin = float(weight @ (residual * np.maximum(smooth, LEAST_SMOOTH))) + np.finfo(float).tiny
+    each = residual * smooth
+    skin = max(float(weight @ each), (np.finfo(float).eps * reach) ** 2)
     places = _places(cap, away.T @ weight)
     values, axes = np.linalg.eigh(cap)
-    information = np.maximum(values, 0.0) * places / skin + 1.0 / reach**2
-    # The middle between the two levels, and as far to either side.
-    doubt = np.maximum(residual - np.trace(noise, axis1=1, axis2=2) / 3, 0.0)
-    extra = 0.5 * (doubt[:, None, None] * np.eye(3) + SKIN**2 * leverage)
+    # What was not solved is no worse for skin.
+    shown = values > np.finfo(float).eps * max(values[-1], 0.0)
+    known = np.where(shown, values, 1.0) * places / skin + 1.0 / reach**2
+    # Between none and all of it: the middle, and as far to either side.
+    extra = 0.5 * (each[:, None, None] * np.eye(3) + ALONG * skin * leverage)
     shift = _noise_shift(part, weight, moved, extra, away)
     return Skin(
-        (axes / information) @ axes.T
+        (axes * np.where(shown, 1.0 / known, 0.0)) @ axes.T
         + (looseness * SLIDE) ** 2 * skin / places * np.eye(3)
         + np.outer(shift, shift),
         shift,
