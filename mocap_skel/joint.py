@@ -8,7 +8,7 @@ import numpy as np
 
 from mocap_skel.lever import Lever
 from mocap_skel.pose import Array
-from mocap_skel.posterior import combine, skin_error
+from mocap_skel.posterior import combine, skin_error, with_shared_point
 from mocap_skel.priors import Expected
 from mocap_skel.shape import Shape
 from mocap_skel.spherefit import (
@@ -25,6 +25,7 @@ from mocap_skel.spherefit import (
     smooth_share,
     sphere_moments,
 )
+from mocap_skel.two_sided import SharedPoint
 
 # Verdicts (`_shown`). At 3 the noise is a tenth of the variance in the weakest direction, so that
 # an error of half in the noise level moves the centre by a twentieth of its distance.
@@ -39,6 +40,8 @@ LEAST_SPREAD = 0.003
 LEAST_SHARE = 0.1
 # The method that suits a joint: UGDK, MGDK or SGDK, and no sphere that the data do not show.
 BEST = "best"
+# What stands for a method where no motion was used.
+PRIOR = "PRIOR"
 VERDICTS = ("no", "weak", "yes")
 # Fewer samples than unknowns (a centre and a radius) show nothing at all.
 LEAST_SAMPLES = 4
@@ -137,6 +140,17 @@ class Frame:
     doubt: str = ""
 
 
+def from_anatomy(expected: Expected, reason: str) -> CentreFit:
+    """A centre of which the motion shows nothing; `reason` says why."""
+    nothing = float("nan")
+    return CentreFit(
+        centre=expected.mean, covariance=expected.covariance, samples=0, effective=0.0,
+        radius=np.empty(0), residual=nothing, sigma=nothing, weakest_sd=nothing, angle=nothing,
+        determined="no", reason=reason, method=PRIOR, axis=np.full(3, nothing), hinge=False,
+        motion=np.full(3, nothing), share=0.0, landmarks=expected.landmarks, source=expected.source,
+    )  # fmt: skip
+
+
 def unfitted(joint: str, parent: str, child: str, frames: int, reason: str) -> JointFit:
     """A joint of which nothing is known."""
     nothing = float("nan")
@@ -160,6 +174,7 @@ def fit_centre(
     each: bool = False,
     expected: Expected | None = None,
     looseness: float = 1.0,
+    shared: SharedPoint | None = None,
 ) -> CentreFit | None:
     """The common centre of the child's markers in the parent's frame.
 
@@ -173,6 +188,7 @@ def fit_centre(
         each: take each marker's noise from its own radial residuals instead, and weigh it by that.
         expected: where anatomy has the joint; None for what the motion alone gives.
         looseness: how far the joint is from a ball, as `Segment.looseness`.
+        shared: the point that both segments' own poses share, beside `expected` only.
 
     Returns:
         None where no marker has enough samples. A marker that is never seen has the radius NaN.
@@ -184,7 +200,7 @@ def fit_centre(
     if not there.all():
         found = fit_centre(
             inside[:, there], sigma, own_sigma, frame, method, noise, each=each, expected=expected,
-            looseness=looseness,
+            looseness=looseness, shared=shared,
         )  # fmt: skip
         if found is None:
             return None
@@ -225,8 +241,10 @@ def fit_centre(
         float(fit.sigma) ** 2 * taken, leverage, _reach(moments), looseness,
     )  # fmt: skip
     # A pure fit stays what it is, with the error that it has.
-    centre = fit.centre + (0.0 if expected is None else soft.shift)
-    both = combine(centre, covariance + soft.covariance, expected)
+    centre, total = fit.centre, covariance + soft.covariance
+    if expected is not None:
+        centre, total = with_shared_point(centre + soft.shift, total, shared, soft.slide)
+    both = combine(centre, total, expected)
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     determined, reason = min(
         ("yes", "") if fit.converged else ("no", f"{method.upper()} did not converge"),

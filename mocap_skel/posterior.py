@@ -9,6 +9,7 @@ import numpy as np
 from mocap_skel.pose import Array
 from mocap_skel.priors import Expected
 from mocap_skel.spherefit import Moments, SphereFit
+from mocap_skel.two_sided import SharedPoint
 
 # The part of skin's slide that is in proportion to the joint's turn looks like another centre and leaves no
 # residual: metres a radian of it for each metre of slide that does. For a ball joint; `Segment.looseness`
@@ -43,10 +44,12 @@ class Skin:
     Attributes:
         covariance: (3, 3), m².
         shift: (3,), metres, what the middle of the possible noise levels would move the centre by.
+        slide: variance of the slide in proportion to the angle, m².
     """
 
     covariance: Array
     shift: Array
+    slide: float
 
 
 def skin_error(
@@ -95,12 +98,9 @@ def skin_error(
     # Between none and all of it: the middle, and as far to either side.
     extra = 0.5 * (each[:, None, None] * np.eye(3) + ALONG * skin * leverage)
     shift = _noise_shift(part, weight, moved, extra, away)
-    return Skin(
-        (axes * np.where(shown, 1.0 / known, 0.0)) @ axes.T
-        + (looseness * SLIDE) ** 2 * skin / places * np.eye(3)
-        + np.outer(shift, shift),
-        shift,
-    )
+    slide = (looseness * SLIDE) ** 2 * skin / places
+    covariance = (axes * np.where(shown, 1.0 / known, 0.0)) @ axes.T + np.outer(shift, shift)
+    return Skin(covariance + slide * np.eye(3), shift, slide)
 
 
 def _places(cap: Array, middle: Array) -> float:
@@ -121,6 +121,28 @@ def _noise_shift(part: Array, weight: Array, moved: Array, extra: Array, away: A
     # No farther than to the markers, however little is left of a direction.
     least = np.einsum("ik,ij,jk->k", axes, more, axes)
     return np.asarray(-axes @ ((axes.T @ push) / np.maximum(values, least + np.finfo(float).tiny)))
+
+
+def with_shared_point(
+    centre: Array, covariance: Array, shared: SharedPoint | None, slide: float
+) -> tuple[Array, Array]:
+    """Centre and covariance of a sphere fit and of the point that both segments share.
+
+    Both come from the same frames, so neither adds to what the other knows: the two are averaged, each
+    direction by their information (covariance intersection with equal shares, Julier & Uhlmann 1997).
+
+    Args:
+        centre, covariance: of the sphere fit.
+        shared: the point, None where the segments have no poses of their own.
+        slide: variance of skin's slide, which shifts it as it does the centre, m².
+    """
+    if shared is None or not shared.residual > 0:
+        return centre, covariance
+    values, axes = np.linalg.eigh(shared.turns)
+    known = (axes * (values / (shared.residual + slide * values))) @ axes.T
+    first = np.linalg.inv(covariance)
+    both = np.linalg.inv(0.5 * (first + known))
+    return both @ (0.5 * (first @ centre + known @ shared.centre)), both
 
 
 def combine(centre: Array, covariance: Array, expected: Expected | None) -> Posterior:
