@@ -80,4 +80,6 @@ def _text(fit: SkeletonFit, name: str, titles: list[str], values: Array) -> str:
     row = "%d\t%.6f" + "\t%.6f" * values.shape[1] + "\n"
     cells = np.column_stack([fit.frame_numbers, fit.time, np.round(values, 6) + 0.0])
     body: str = (row * frames) % tuple(cells.ravel().tolist())
-    return "".join("\t".join(line) + "\n" for line in lines) + body.replace("nan", "")
+    # OpenSim does not count the last cell of a row that is empty.
+    body = body.replace("nan", "").replace("\t\n", "\t\t\n")
+    return "".join("\t".join(line) + "\n" for line in lines) + body
