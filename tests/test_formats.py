@@ -195,3 +195,13 @@ def test_trc_of_a_real_clip_with_missing_ends(shared_clips, tmp_path):
     )
     want = table[:, 2:].reshape(len(table), len(names), 3)[..., [1, 2, 0]]
     np.testing.assert_array_equal(points, want)
+
+
+def test_a_c3d_needs_the_file_it_is_a_copy_of():
+    with pytest.raises(CallError, match="copy of the clip's file"):
+        WRITERS["c3d"](fit_sample("nearly_still"), Options())
+    path = SAMPLES / "nearly_still.c3d"
+    options = Options(clip=read_clip(path), path=path, up="y")
+    rendered = WRITERS["c3d"](fit_sample("nearly_still"), options)
+    assert rendered.notes[0] == "C3D: a copy keeps the file's axes, z up"
+    assert len(rendered.files[".skeleton.c3d"]) > path.stat().st_size

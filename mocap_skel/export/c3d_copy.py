@@ -106,7 +106,9 @@ def _frames(found: Survey, clip: Clip, content: bytes) -> NDArray[np.uint8]:
     layout, section = found.layout, found.section
     hint = f"a copy would only carry the damage on; {_ELSEWHERE}"
     if section.faults:
-        raise ExportError(f"damaged parameters ({section.faults[0]}) are not written anew", hint)
+        # Names in it may hold what a terminal would obey.
+        fault = "".join(c if c.isprintable() else "?" for c in section.faults[0])
+        raise ExportError(f"damaged parameters ({fault}) are not written anew", hint)
     if found.base:
         raise ExportError(f"{found.base} zeros stand before its header", hint)
     if layout.room < layout.declared or clip.frames < layout.sure:
