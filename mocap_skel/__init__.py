@@ -24,6 +24,7 @@ _PUBLIC = {
     "associate": "association",
     "fit_skeleton": "fit",
     "joints_table": "tables",
+    "points_table": "tables",
     "read_association": "association",
     "read_clip": "readers",
     "read_skeleton": "skeleton",

@@ -38,6 +38,7 @@ class Job:
         formats: names of `export.WRITERS`.
         folder: where the results go; None renders them only.
         overwrite: whether existing files may be replaced.
+        inputs: files that never are: the clips of the call.
         subject: fit this one only.
         sigma: marker noise in metres, or three along the clip's axes; None = estimated.
         pose, method, noise: as `fit_skeleton` takes them.
@@ -50,6 +51,7 @@ class Job:
     formats: tuple[str, ...] = ("csv",)
     folder: Path | None = None
     overwrite: bool = False
+    inputs: frozenset[Path] = frozenset()
     subject: str | None = None
     sigma: float | tuple[float, ...] | None = None
     pose: str = "least-squares"
@@ -87,7 +89,7 @@ class Done:
     """
 
     fits: tuple[SkeletonFit, ...]
-    files: dict[Path, str]
+    files: dict[Path, str | bytes]
     notes: tuple[str, ...]
     failed: tuple[FitError, ...]
 
@@ -169,23 +171,26 @@ def render(path: Path, job: Job) -> Done:
     if job.association is None:
         job = replace(job, association=_guessed(clip, job, notes))
     fits, failed = _fits(clip, job, notes)
-    files: dict[Path, str] = {}
+    options = replace(job.options, clip=clip, path=path)
+    files: dict[Path, str | bytes] = {}
     for fit in fits:
         subject = safe_name(fit.subject) if len(clip.subject_names) > 1 and fit.subject else ""
         stem = f"{path.stem}.{subject}" if subject else path.stem
         for name in job.formats:
-            rendered = WRITERS[name](fit, job.options)
+            rendered = WRITERS[name](fit, options)
             notes += [_named(fit.subject, note) for note in rendered.notes]
-            for suffix, text in rendered.files.items():
+            for suffix, content in rendered.files.items():
                 target = folder / f"{stem}{suffix}"
                 _check_free(path, target, files)
-                files[target] = text
+                files[target] = content
     return Done(tuple(fits), files, tuple(dict.fromkeys(notes)), tuple(failed))
 
 
 def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:
     for target in done.files:
         _check_free(path, target, taken)
+        if job.inputs and target.resolve() in job.inputs:
+            raise CallError(f"{path}: {target} is itself a clip of this call", "use another -o")
     if job.folder is not None:
         write_all(done.files, job.overwrite)
     return done

@@ -90,7 +90,7 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(code if isinstance(code, int) else 0)
 
 
-def say(text: str, *, nl: bool = True) -> None:
+def say(text: str | bytes, *, nl: bool = True) -> None:
     """Print to standard output; a reader that has seen enough is no error and stops no work."""
     try:
         click.echo(text, nl=nl)

@@ -17,7 +17,7 @@ from mocap_skel.errors import CallError, MocapSkelError
 if TYPE_CHECKING:
     from mocap_skel.batch import Done
 
-FORMATS = ("csv", "bvh")
+FORMATS = ("csv", "bvh", "c3d", "trc", "parquet")
 
 
 @click.command(
@@ -40,9 +40,13 @@ FORMATS = ("csv", "bvh")
 @options.noise
 @click.option(
     "--up", type=click.Choice(["x", "y", "z"]), help="Turn the results so that this axis points up."
-    "  [default: as in the clip; y for bvh]",
+    "  [default: as in the clip; y for bvh and trc]",
 )  # fmt: skip
 @click.option("--trim", is_flag=True, help="bvh: leave out incomplete frames at both ends.")
+@click.option(
+    "--axes", is_flag=True, help="c3d: also each segment's origin and the tips of its axes."
+)
+@click.option("--markers", is_flag=True, help="trc: also the subject's markers.")
 @options.unit
 @options.rate
 @options.salvage
@@ -62,6 +66,8 @@ def command(
     noise: str,
     up: str | None,
     trim: bool,
+    axes: bool,
+    markers: bool,
     unit: str | None,
     rate: float | None,
     salvage: bool,
@@ -71,8 +77,10 @@ def command(
     """Fit a skeleton to each CLIP and write it.
 
     For walk.c3d, csv makes walk.skeleton.csv (the joints in every frame) and walk.joints.csv (each
-    joint with its evidence), bvh makes walk.bvh. The joint table goes to standard output. Column
-    'known' tells whether the motion shows the joint: yes, weak or no.
+    joint with its evidence), parquet the same two in long form; bvh makes walk.bvh; trc makes
+    walk.skeleton.trc for OpenSim; c3d makes walk.skeleton.c3d, a copy of the clip with the skeleton's
+    points behind its own. The joint table goes to standard output. Column 'known' tells whether the
+    motion shows the joint: yes, weak or no.
 
     Without --assoc, which label is which marker is guessed from names and motion, and said; where that
     is not sure, nothing is fitted: mocap-skel assoc guess writes the file to correct.
@@ -92,13 +100,18 @@ def command(
     from mocap_skel.association import read_association
     from mocap_skel.batch import Isolated, Job, process
     from mocap_skel.export import Options
+    from mocap_skel.extras import extra
 
     options.check_estimation(method, noise, sigma)
+    if "parquet" in formats:
+        # Better missed before the work than after it.
+        extra("pyarrow.parquet", "parquet")
     job = Job(
         association=None if association is None else read_association(association, skeleton),
         formats=tuple(dict.fromkeys(formats)),
         folder=None if to_stdout else Path(output),
         overwrite=overwrite,
+        inputs=frozenset(clip.resolve() for clip in clips),
         subject=subject,
         sigma=sigma,
         pose=pose,
@@ -107,7 +120,7 @@ def command(
         unit=unit,
         rate=rate,
         salvage=salvage,
-        options=Options(up, trim),
+        options=Options(up, trim, axes, markers),
     )
     debug = bool(click.get_current_context().find_root().obj)
     failures: list[MocapSkelError] = []
@@ -172,7 +185,10 @@ def _send(path: Path, done: Done) -> None:
     if len(done.fits) > 1:
         names = ", ".join(fit.subject for fit in done.fits)
         raise CallError(f"{path}: -o - takes one subject", f"choose with --subject: {names}")
-    say(next(iter(done.files.values())), nl=False)
+    content = next(iter(done.files.values()))
+    if isinstance(content, bytes) and sys.stdout.isatty():
+        raise CallError(f"{path}: this format is not for a terminal", "redirect it: -o - > file")
+    say(content, nl=False)
 
 
 def _print_json(path: Path, done: Done) -> None:
