@@ -142,6 +142,13 @@ def wahba(x: Array, template: Array, weights: Array) -> tuple[Array, Array]:
     return rotation, x_mean - np.einsum("ijf,jf->if", rotation, t_mean)
 
 
+def nearest_rotation(matrices: ArrayLike) -> Array:
+    """Rotations (frames, 3, 3) nearest to matrices (frames, 3, 3); NaN where one does not determine it."""
+    b = np.ascontiguousarray(np.asarray(matrices, dtype=np.float64).transpose(1, 2, 0))
+    found = _foam(b, np.full(b.shape[2], np.inf))
+    return np.ascontiguousarray(found.transpose(2, 0, 1))
+
+
 def _foam(b: Array, bound: Array) -> Array:
     """Rotations (3, 3, F) that maximise tr(Rᵀ B) for B of shape (3, 3, F).
 

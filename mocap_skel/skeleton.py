@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections import Counter
@@ -16,7 +17,11 @@ from mocap_skel.toml_places import Places
 
 SHIPPED = Path(__file__).parent / "skeletons"
 STANDARD = "human"
+SEGMENT_KEYS = (
+    "name", "parent", "joint", "markers", "ends", "prior", "rest", "rest_joint", "rest_axis",
+)  # fmt: skip
 T = TypeVar("T")
+Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,11 @@ class Segment:
         markers: the standard names of the markers that may sit on it.
         ends: the markers whose mean is its end point when it is a leaf; empty means all.
         prior: optional knowledge about the joint.
+        rest: direction of its bone, from its joint to the next one or its end, in the T-pose. All directions
+            of the T-pose are along the character's axes: x to its left, y up, z forward.
+        rest_joint: where in the T-pose its joint lies in a parent with several joints, from the parent's joint;
+            in any unit, for only the shape counts.
+        rest_axis: the axis that the joint bends about, where it is a hinge, in the T-pose.
     """
 
     name: str
@@ -47,6 +57,9 @@ class Segment:
     markers: tuple[str, ...]
     ends: tuple[str, ...] = ()
     prior: Prior | None = None
+    rest: Vector | None = None
+    rest_joint: Vector | None = None
+    rest_axis: Vector | None = None
 
 
 @dataclass(frozen=True)
@@ -137,7 +150,7 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
     name = _is(entry["name"], str, places.of(i, "name"), "name: a text")
     if not name:
         raise SkeletonError(f"{places.of(i, 'name')}: a segment without a name")
-    _keys(entry, {"name", "parent", "joint", "markers", "ends", "prior"}, places, i)
+    _keys(entry, {*SEGMENT_KEYS}, places, i)
     parent, joint = entry.get("parent"), entry.get("joint")
     if (parent is None) != (joint is None):
         raise SkeletonError(
@@ -156,10 +169,42 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
         _is(parent, str, places.of(i, "parent"), "parent: a text")
         if not _is(joint, str, places.of(i, "joint"), "joint: a text"):
             raise SkeletonError(f"{places.of(i, 'joint')}: a joint without a name")
+    for key in ("rest_joint", "rest_axis"):
+        if parent is None and key in entry:
+            raise SkeletonError(
+                f"{places.of(i, key)}: {key!r} tells of the joint towards the parent; the root has none"
+            )
     prior = entry.get("prior")
     return Segment(
-        name, parent, joint, markers, ends, None if prior is None else _prior(prior, places, i)
+        name,
+        parent,
+        joint,
+        markers,
+        ends,
+        None if prior is None else _prior(prior, places, i),
+        _vector(entry, places, i, "rest"),
+        _vector(entry, places, i, "rest_joint"),
+        _vector(entry, places, i, "rest_axis"),
     )
+
+
+def _vector(entry: dict[str, Any], places: Places, i: int, key: str) -> Vector | None:
+    value = entry.get(key)
+    if value is None:
+        return None
+    numbers = value if isinstance(value, list) else []
+    if len(numbers) != 3 or not all(
+        isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in numbers
+    ):
+        raise SkeletonError(
+            f"{places.of(i, key)}: {key}: three numbers are needed, to the character's left, up and "
+            f"forward, not {value!r}"
+        )
+    x, y, z = (float(v) for v in numbers)
+    # A joint may lie on its parent's; a direction is one only with a length.
+    if key != "rest_joint" and math.hypot(x, y, z) < 1e-9:
+        raise SkeletonError(f"{places.of(i, key)}: {key}: a direction is needed, not {value!r}")
+    return x, y, z
 
 
 def _prior(entry: Any, places: Places, i: int) -> Prior:

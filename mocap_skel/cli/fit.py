@@ -43,6 +43,7 @@ FORMATS = ("csv", "bvh")
     "  [default: as in the clip; y for bvh]",
 )  # fmt: skip
 @click.option("--trim", is_flag=True, help="bvh: leave out incomplete frames at both ends.")
+@options.rig
 @options.unit
 @options.rate
 @options.salvage
@@ -62,6 +63,11 @@ def command(
     noise: str,
     up: str | None,
     trim: bool,
+    rotation_order: str,
+    scale: float,
+    names: str,
+    floor: bool,
+    root_at_origin: bool,
     unit: str | None,
     rate: float | None,
     salvage: bool,
@@ -107,7 +113,7 @@ def command(
         unit=unit,
         rate=rate,
         salvage=salvage,
-        options=Options(up, trim),
+        options=Options(up, trim, rotation_order, scale, names, floor, root_at_origin),
     )
     debug = bool(click.get_current_context().find_root().obj)
     failures: list[MocapSkelError] = []
