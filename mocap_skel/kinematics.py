@@ -86,8 +86,7 @@ def follow(rotation: Array, offsets: Array, targets: Array) -> Array:
         now = rotation @ offsets[0]
         return shortest_turn(now, targets[0] + FIRMNESS**2 / length * now) @ rotation
     wanted = FIRMNESS**2 * rotation + np.einsum("kfi,kj->fij", targets, offsets)
-    found = nearest_rotation(wanted)
-    return np.where(np.isfinite(found), found, rotation)
+    return nearest_rotation(wanted)
 
 
 def shortest_turn(start: Array, goal: Array) -> Array:

@@ -143,10 +143,10 @@ def wahba(x: Array, template: Array, weights: Array) -> tuple[Array, Array]:
 
 
 def nearest_rotation(matrices: ArrayLike) -> Array:
-    """Rotations (frames, 3, 3) nearest to matrices (frames, 3, 3); NaN where one does not determine it."""
-    b = np.ascontiguousarray(np.asarray(matrices, dtype=np.float64).transpose(1, 2, 0))
-    found = _foam(b, np.full(b.shape[2], np.inf))
-    return np.ascontiguousarray(found.transpose(2, 0, 1))
+    """Rotations (frames, 3, 3) nearest to matrices (frames, 3, 3), by SVD: slow, and right for any matrix."""
+    u, _, vt = np.linalg.svd(np.asarray(matrices, dtype=np.float64))
+    u[..., 2] *= np.linalg.det(u @ vt)[..., None]
+    return np.asarray(u @ vt)
 
 
 def _foam(b: Array, bound: Array) -> Array:
