@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint types bench golden samples clean
+.PHONY: help demo test fuzz lint types bench golden samples blender clean
 
 help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
@@ -48,6 +48,15 @@ golden: $(STAMP) ## Rewrite the golden results; review the diff before committin
 samples: $(STAMP) ## Make sample_data again from its generator
 	$(BIN)/python sample_data/make.py
 
+# Blender's own numpy decides the versions of the rest, so it has an environment of its own; bpy 4.5 is for Python 3.11.
+.venv-blender/installed: pyproject.toml
+	python3.11 -m venv .venv-blender
+	.venv-blender/bin/python -m pip install --quiet --disable-pip-version-check --editable . 'bpy==4.5.*'
+	@touch $@
+
+blender: .venv-blender/installed ## Opt-in (0.4 GB): Blender puts every joint where the model does
+	.venv-blender/bin/python tests/blender_check.py $(CLIPS)
+
 clean: ## Remove the environment, caches and demo results
-	rm -rf $(VENV) demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) .venv-blender demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -47,6 +47,7 @@ FORMATS = ("csv", "bvh", "c3d", "trc", "parquet")
     "--axes", is_flag=True, help="c3d: also each segment's origin and the tips of its axes."
 )
 @click.option("--markers", is_flag=True, help="trc: also the subject's markers.")
+@options.rig
 @options.unit
 @options.rate
 @options.salvage
@@ -68,6 +69,11 @@ def command(
     trim: bool,
     axes: bool,
     markers: bool,
+    rotation_order: str,
+    scale: float,
+    names: str,
+    floor: bool,
+    root_at_origin: bool,
     unit: str | None,
     rate: float | None,
     salvage: bool,
@@ -120,7 +126,17 @@ def command(
         unit=unit,
         rate=rate,
         salvage=salvage,
-        options=Options(up, trim, axes, markers),
+        options=Options(
+            up=up,
+            trim=trim,
+            rotation_order=rotation_order,
+            scale=scale,
+            names=names,
+            floor=floor,
+            root_at_origin=root_at_origin,
+            axes=axes,
+            markers=markers,
+        ),
     )
     debug = bool(click.get_current_context().find_root().obj)
     failures: list[MocapSkelError] = []

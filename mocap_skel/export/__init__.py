@@ -9,7 +9,7 @@ from pathlib import Path
 from mocap_skel.axes import turned
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError
-from mocap_skel.export.bvh import bvh
+from mocap_skel.export.bvh import CENTIMETRES, bvh
 from mocap_skel.export.tables_csv import joints_csv, skeleton_csv
 from mocap_skel.fit import SkeletonFit
 
@@ -19,16 +19,26 @@ class Options:
     """What a writer may be told.
 
     Attributes:
-        up: the vertical axis.
-        trim: cut frames that are not complete (bvh).
-        axes: also the segments' axes (c3d).
-        markers: also the markers (trc).
+        up: the vertical axis; None = the format's own, or the clip's.
+        trim: bvh: leave out frames at both ends that are not complete.
+        rotation_order: bvh: of the rotation channels.
+        scale: bvh: units of the file in a metre.
+        names: bvh: how the joints are called, one of `joint_names.NAMINGS`.
+        floor: bvh: put the figure's lowest point over the clip at zero.
+        root_at_origin: bvh: root OFFSET zero, for readers that add it to the position.
+        axes: c3d: also the segments' axes.
+        markers: trc: also the markers.
         clip: what was fitted, for writers that give more of it than the fit has (c3d, trc).
         path: the clip's file, of which c3d makes a copy.
     """
 
     up: str | None = None
     trim: bool = False
+    rotation_order: str = "ZXY"
+    scale: float = CENTIMETRES
+    names: str = "mocap"
+    floor: bool = False
+    root_at_origin: bool = False
     axes: bool = False
     markers: bool = False
     clip: Clip | None = None
@@ -49,7 +59,15 @@ def _csv(fit: SkeletonFit, options: Options) -> Rendered:
 
 
 def _bvh(fit: SkeletonFit, options: Options) -> Rendered:
-    text, notes = bvh(turned(fit, options.up or "y"), trim=options.trim)
+    text, notes = bvh(
+        turned(fit, options.up or "y"),
+        trim=options.trim,
+        order=options.rotation_order,
+        scale=options.scale,
+        names=options.names,
+        floor=options.floor,
+        root_at_origin=options.root_at_origin,
+    )
     return Rendered({".bvh": text}, notes)
 
 
