@@ -93,7 +93,9 @@ def pose_figure(
         centre = _middle(points, scene)
         _ground(axes, points, scene)
         for actor in actors:
-            capped |= dict.fromkeys(_actor(axes, actor, frame, scene, kinds))
+            whose = f"{actor.fit.subject} " if len(actors) > 1 else ""
+            cut = _actor(axes, actor, frame, scene, kinds)
+            capped |= dict.fromkeys(f"{whose}{joint}" for joint in cut)
             if len(actors) > 1:
                 _name(axes, actor, frame, scene)
         axes.set(xlim=centre[0] + half[0] * np.array([-1, 1]), aspect="equal")
@@ -356,7 +358,7 @@ def _scale(axes: Any, scene: _Scene) -> None:
     corner = np.array([right - 1.6 * arrow, base + 0.15 * room])
     for i, axis in enumerate(AXES):
         tip = arrow * scene.view.axes[:2, i]
-        if np.linalg.norm(tip) < 0.1 * arrow:
+        if np.linalg.norm(tip) < 0.3 * arrow:
             continue
         axes.annotate(
             "", corner + tip, xytext=corner,

@@ -47,7 +47,7 @@ def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
         axes.set_title(f"{AXES[d]}{up}, m", fontsize=9)
     for axes in grid[-1]:
         axes.set_xlabel("time (s)", fontsize=8)
-    drawn.suptitle(_titled("Joint centres", actor, title), fontsize=11)
+    drawn.suptitle(_titled("Joint centres", actor, title), fontsize=11, x=0.01, ha="left")
     _side_legend(drawn, [joint.joint for joint in joints], "known: no (place holder)")
     missing = [joint.joint for joint in fit.joints if joint not in joints]
     return drawn, _caption(
@@ -91,7 +91,7 @@ def bones_figure(actor: Actor, title: str) -> tuple[Any, str]:
         bottom = [axes for axes in grid[:, i] if axes.axison][-1]
         bottom.set_xlabel("time (s)", fontsize=8)
         bottom.tick_params(labelbottom=True)
-    drawn.suptitle(_titled("Bone lengths", actor, title), fontsize=11)
+    drawn.suptitle(_titled("Bone lengths", actor, title), fontsize=11, x=0.01, ha="left")
     _side_legend(drawn, [bone.start for bone in found] + [bone.end for bone in found])
     return drawn, _caption(
         actor, "dashed: median ± standard deviation in cm; end points of leaves under their segment's name",
@@ -125,7 +125,9 @@ def residuals_figure(actor: Actor, title: str) -> tuple[Any, str]:
         if bottom:
             bottom[-1].set_xlabel("time (s)", fontsize=8)
             bottom[-1].tick_params(labelbottom=True)
-    drawn.suptitle(_titled("Radial residuals of the markers", actor, title), fontsize=11)
+    drawn.suptitle(
+        _titled("Radial residuals of the markers", actor, title), fontsize=11, x=0.01, ha="left"
+    )
     missing = [joint.joint for joint in fit.joints if not joint.fitted]
     return drawn, _caption(
         actor, "distance from the joint's centre less the marker's mean distance; dashed: ± σ, the noise taken "
