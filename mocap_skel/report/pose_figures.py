@@ -103,11 +103,12 @@ def pose_figure(
         number, time = fits[0].frame_numbers[frame], fits[0].time[frame]
         axes.set_title(f"frame {number}, {time:.2f} s", fontsize=9)
     _scale(panels[0], scene)
-    drawn.suptitle(plain(title), fontsize=11)
+    drawn.suptitle(plain(title), fontsize=11, x=0.01, ha="left")
     _legend(drawn, kinds, len(frames) > 1)
     words = [
         f"{view} view" + ("" if looking.own else " along the lab's axes"),
-        f"grid {step:g} m at " + ("the lab's floor" if on_floor else "the lowest marker's height"),
+        (f"grid {step:g} m at " if view in ("oblique", "top") else "line: ")
+        + ("the lab's floor" if on_floor else "the lowest marker's height"),
     ]
     if "ellipse" in kinds:
         words.append(f"ellipses: {ERRORS:g} standard errors of the joint centre")
@@ -356,9 +357,14 @@ def _scale(axes: Any, scene: _Scene) -> None:
     )  # fmt: skip
     arrow = 0.4 * room
     corner = np.array([right - 1.6 * arrow, base + 0.15 * room])
-    for i, axis in enumerate(AXES):
-        tip = arrow * scene.view.axes[:2, i]
-        if np.linalg.norm(tip) < 0.3 * arrow:
+    tips = arrow * scene.view.axes[:2].T
+    for i in np.argsort(-np.linalg.norm(tips, axis=1)):
+        axis, tip = AXES[i], tips[i]
+        length = np.linalg.norm(tip)
+        longer = tips[np.linalg.norm(tips, axis=1) > length]
+        # One that points nearly at the viewer, or hides on a longer one, cannot be read.
+        cosine = longer @ tip / (np.linalg.norm(longer, axis=1) * max(length, 1e-12))
+        if length < 0.3 * arrow or (cosine > 0.95).any():
             continue
         axes.annotate(
             "", corner + tip, xytext=corner,
