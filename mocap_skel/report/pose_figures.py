@@ -81,11 +81,10 @@ def pose_figure(
     looking = view_of(view, fits, frames)
     floor, on_floor = _floor(actors)
     step = _nice(size / 4)
-    columns = _columns(len(frames))
-    scene = _Scene(
-        looking, max(round(size * _LONGEST, 2), 0.01), floor, step, 1.0 if columns == 1 else 0.7
-    )
+    cap = max(round(size * _LONGEST, 2), 0.01)
+    scene = _Scene(looking, cap, floor, step, 1.0 if len(frames) == 1 else 0.7)
     half = _half_extent(seen, scene)
+    columns = _columns(len(frames), half)
     drawn, panels = _panels(len(frames), columns, half)
     capped: dict[str, None] = {}
     kinds: set[str] = set()
@@ -117,9 +116,9 @@ def pose_figure(
     return drawn, "; ".join(words)
 
 
-def _columns(count: int) -> int:
-    """Panels in a row: about twice as many as rows."""
-    return int(np.ceil(np.sqrt(1.6 * count))) if count > 2 else count
+def _columns(count: int, half: Array) -> int:
+    """Panels in a row, (2,) half their sides, so that the page is somewhat wider than high."""
+    return int(np.clip(np.ceil(np.sqrt(1.3 * count * half[1] / half[0])), 1, min(count, 8)))
 
 
 def _panels(count: int, columns: int, half: Array) -> tuple[Any, list[Any]]:
