@@ -78,6 +78,23 @@ class Job:
 
 
 @dataclass(frozen=True)
+class Fitted:
+    """A clip and what was fitted to it.
+
+    Attributes:
+        clip: as it was read.
+        subjects: which column is which marker, and the fit, of every subject that could be fitted.
+        notes: what there is to say about it, one sentence each.
+        failed: why other subjects of the clip could not be fitted.
+    """
+
+    clip: Clip
+    subjects: tuple[tuple[Assignment, SkeletonFit], ...]
+    notes: tuple[str, ...]
+    failed: tuple[FitError, ...]
+
+
+@dataclass(frozen=True)
 class Done:
     """What came of one clip.
 
@@ -166,15 +183,13 @@ def render(path: Path, job: Job) -> Done:
         MocapSkelError: the clip cannot be read or fitted, or a format cannot hold it.
     """
     folder = job.folder or Path()
-    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
-    notes = list(clip.notes)
-    if job.association is None:
-        job = replace(job, association=_guessed(clip, job, notes))
-    fits, failed = _fits(clip, job, notes)
-    options = replace(job.options, clip=clip, path=path)
+    found = fit_file(path, job)
+    fits, notes = [fit for _, fit in found.subjects], list(found.notes)
+    options = replace(job.options, clip=found.clip, path=path)
     files: dict[Path, str | bytes] = {}
     for fit in fits:
-        subject = safe_name(fit.subject) if len(clip.subject_names) > 1 and fit.subject else ""
+        several = len(found.clip.subject_names) > 1
+        subject = safe_name(fit.subject) if several and fit.subject else ""
         stem = f"{path.stem}.{subject}" if subject else path.stem
         for name in job.formats:
             rendered = WRITERS[name](fit, options)
@@ -183,7 +198,21 @@ def render(path: Path, job: Job) -> Done:
                 target = folder / f"{stem}{suffix}"
                 _check_free(path, target, files)
                 files[target] = content
-    return Done(tuple(fits), files, tuple(dict.fromkeys(notes)), tuple(failed))
+    return Done(tuple(fits), files, tuple(dict.fromkeys(notes)), found.failed)
+
+
+def fit_file(path: Path, job: Job) -> Fitted:
+    """Read a clip, guess what is not told, and fit its subjects.
+
+    Raises:
+        MocapSkelError: the clip cannot be read, or none of its subjects be fitted.
+    """
+    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
+    notes = list(clip.notes)
+    if job.association is None:
+        job = replace(job, association=_guessed(clip, job, notes))
+    subjects, failed = _fits(clip, job, notes)
+    return Fitted(clip, tuple(subjects), tuple(dict.fromkeys(notes)), tuple(failed))
 
 
 def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:
@@ -215,9 +244,11 @@ def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:
     return found.association()
 
 
-def _fits(clip: Clip, job: Job, notes: list[str]) -> tuple[list[SkeletonFit], list[FitError]]:
+def _fits(
+    clip: Clip, job: Job, notes: list[str]
+) -> tuple[list[tuple[Assignment, SkeletonFit]], list[FitError]]:
     """The subjects of a clip that can be fitted, and why others cannot."""
-    fits: list[SkeletonFit] = []
+    fits: list[tuple[Assignment, SkeletonFit]] = []
     failed: list[FitError] = []
     for assignment in associate(clip, job.known, job.subject):
         mismatches = assignment.mismatches(job.known)
@@ -228,7 +259,7 @@ def _fits(clip: Clip, job: Job, notes: list[str]) -> tuple[list[SkeletonFit], li
             hints = [_other_root(error)] if isinstance(error, RootError) else [error.hint]
             failed.append(FitError(message, "; ".join(filter(None, [*hints, *mismatches])) or None))
             continue
-        fits.append(fit)
+        fits.append((assignment, fit))
         notes += [_named(fit.subject, note) for note in (*mismatches, *fit.notes)]
     if not fits:
         raise failed[0]
