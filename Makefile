@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint types bench golden samples clean
+.PHONY: help demo test fuzz lint types bench golden samples page clean
 
 help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
@@ -48,6 +48,9 @@ golden: $(STAMP) ## Rewrite the golden results; review the diff before committin
 samples: $(STAMP) ## Make sample_data again from its generator
 	$(BIN)/python sample_data/make.py
 
+page: ## Bundle the report page's viewer again (needs node and npm)
+	cd web && npm ci --ignore-scripts --no-audit --no-fund && npm run build
+
 clean: ## Remove the environment, caches and demo results
-	rm -rf $(VENV) demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) web/node_modules demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

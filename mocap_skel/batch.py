@@ -13,7 +13,7 @@ import numpy as np
 from mocap_skel.association import Assignment, Association, associate
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, ClipError, FitError, RootError
-from mocap_skel.export import WRITERS, Options
+from mocap_skel.export import WRITERS, Options, Rendered
 from mocap_skel.export.files import safe_name, write_all
 from mocap_skel.fit import SkeletonFit, fit_skeleton
 from mocap_skel.joint import BEST
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 # What one clip in a child may take; a long clip honestly needs more of both than a short one.
 SECONDS, SECONDS_PER_BYTE = 30.0, 2e-6
 MEMORY, MEMORY_PER_BYTE = 2 << 30, 20.0
+# The one result that shows the clip itself beside the fit.
+PAGE = "html"
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class Job:
 
     Attributes:
         association: the markers and the skeleton; None = guessed for each clip, from names and motion.
-        formats: names of `export.WRITERS`.
+        formats: names of `export.WRITERS`, or `PAGE`.
         folder: where the results go; None renders them only.
         overwrite: whether existing files may be replaced.
         subject: fit this one only.
@@ -44,6 +46,7 @@ class Job:
         unit, rate: in place of what the clip says.
         salvage: read what there is of a clip whose file is cut off.
         options: what the writers are told.
+        command: the call, as the page shows it.
     """
 
     association: Association | None
@@ -59,6 +62,7 @@ class Job:
     rate: float | None = None
     salvage: bool = False
     options: Options = field(default_factory=Options)
+    command: str = ""
 
     @property
     def known(self) -> Association:
@@ -168,19 +172,23 @@ def render(path: Path, job: Job) -> Done:
     notes = list(clip.notes)
     if job.association is None:
         job = replace(job, association=_guessed(clip, job, notes))
+    before = tuple(notes)
     fits, failed = _fits(clip, job, notes)
     files: dict[Path, str] = {}
-    for fit in fits:
+    for assignment, fit in fits:
         subject = safe_name(fit.subject) if len(clip.subject_names) > 1 and fit.subject else ""
         stem = f"{path.stem}.{subject}" if subject else path.stem
         for name in job.formats:
-            rendered = WRITERS[name](fit, job.options)
+            if name == PAGE:
+                rendered = _page(clip, assignment, fit, before, job)
+            else:
+                rendered = WRITERS[name](fit, job.options)
             notes += [_named(fit.subject, note) for note in rendered.notes]
             for suffix, text in rendered.files.items():
                 target = folder / f"{stem}{suffix}"
                 _check_free(path, target, files)
                 files[target] = text
-    return Done(tuple(fits), files, tuple(dict.fromkeys(notes)), tuple(failed))
+    return Done(tuple(fit for _, fit in fits), files, tuple(dict.fromkeys(notes)), tuple(failed))
 
 
 def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:
@@ -210,9 +218,21 @@ def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:
     return found.association()
 
 
-def _fits(clip: Clip, job: Job, notes: list[str]) -> tuple[list[SkeletonFit], list[FitError]]:
+def _page(
+    clip: Clip, assignment: Assignment, fit: SkeletonFit, before: tuple[str, ...], job: Job
+) -> Rendered:
+    """The HTML page of one subject; `before`: what was decided before its fit."""
+    from mocap_skel.report.html import Shown, page
+
+    decided = (*before, *assignment.mismatches(job.known))
+    return Rendered({".report.html": page(Shown(clip, assignment, fit, decided, job.command))})
+
+
+def _fits(
+    clip: Clip, job: Job, notes: list[str]
+) -> tuple[list[tuple[Assignment, SkeletonFit]], list[FitError]]:
     """The subjects of a clip that can be fitted, and why others cannot."""
-    fits: list[SkeletonFit] = []
+    fits: list[tuple[Assignment, SkeletonFit]] = []
     failed: list[FitError] = []
     for assignment in associate(clip, job.known, job.subject):
         mismatches = assignment.mismatches(job.known)
@@ -223,7 +243,7 @@ def _fits(clip: Clip, job: Job, notes: list[str]) -> tuple[list[SkeletonFit], li
             hints = [_other_root(error)] if isinstance(error, RootError) else [error.hint]
             failed.append(FitError(message, "; ".join(filter(None, [*hints, *mismatches])) or None))
             continue
-        fits.append(fit)
+        fits.append((assignment, fit))
         notes += [_named(fit.subject, note) for note in (*mismatches, *fit.notes)]
     if not fits:
         raise failed[0]

@@ -15,6 +15,7 @@ from mocap_skel.errors import CallError, MocapSkelError
 # Command → the line that `mocap-skel --help` shows for it, so that help loads no command.
 COMMANDS = {
     "fit": "Fit a skeleton to clips: joint centres, moving skeleton, evidence.",
+    "report": "Show a clip's skeleton moving, and the evidence for it, on one HTML page.",
     "inspect": "Show what is in a clip before anyone fits it.",
     "assoc": "Association files: guess one for a clip, check one, list and show the shipped ones.",
     "methods": "Compare the sphere fits: the thesis's Table 4, measured now.",
