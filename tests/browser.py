@@ -6,6 +6,7 @@ import os
 import select
 import shutil
 import subprocess
+import sys
 import time
 
 CHROMIUM = next(
@@ -18,6 +19,13 @@ FLAGS = (
     "--disable-background-networking", "--no-first-run", "--remote-debugging-pipe",
 )  # fmt: skip
 
+# The browser reads commands from 3 and writes answers to 4, which may be anything here.
+_START = (
+    "import os, sys; from fcntl import F_DUPFD, fcntl; "
+    "ends = [fcntl(int(end), F_DUPFD, 10) for end in sys.argv[1:3]]; "
+    "[os.dup2(end, to) for end, to in zip(ends, (3, 4))]; os.execv(sys.argv[3], sys.argv[3:])"
+)
+
 
 class Browser:
     """One page in one browser; what it logs, and what it asks of the network, is kept."""
@@ -29,9 +37,8 @@ class Browser:
         self._buffer = b""
         down, self._write = os.pipe()
         self._read, up = os.pipe()
-        # The browser reads commands from 3 and writes answers to 4.
         self._process = subprocess.Popen(
-            ["sh", "-c", f'exec "$0" "$@" 3<&{down} 4>&{up}', CHROMIUM, *FLAGS]
+            [sys.executable, "-c", _START, str(down), str(up), CHROMIUM, *FLAGS]
             + [f"--user-data-dir={profile}", f"--window-size={width},{height}"],
             pass_fds=(down, up),
             stdout=subprocess.DEVNULL,

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
+from pathlib import Path
 from string import Template
 
 import numpy as np
@@ -69,7 +70,7 @@ def page(shown: Shown) -> str:
         ),
         style=style,
         script=script,
-        title=text(fit.clip + who),
+        title=text(Path(fit.clip).name + who),
         verdict=_verdict(fit),
         trust="".join(_trust(fit.joints)),
         table=_table(fit.joints),
@@ -114,7 +115,7 @@ def _hash(inline: str) -> str:
 def _verdict(fit: SkeletonFit) -> str:
     """The first line of the page, in plain words."""
     sure = sum(joint.determined == "yes" for joint in fit.joints)
-    return text(f"{sure} of {counted(len(fit.joints), 'joint')} can be trusted.")
+    return text(f"{sure or 'None'} of {counted(len(fit.joints), 'joint')} can be trusted.")
 
 
 def _of(joint: JointFit) -> str:
@@ -142,7 +143,7 @@ def _table(joints: Sequence[JointFit]) -> str:
         verdict = _of(joint)
         rows.append(
             f'<tr class="{verdict}" data-joint="{i}"><th scope="row"><button>{text(name)}</button></th>'
-            f'<td><span class="sign">{TRUST[verdict][0]}</span>{text(known)}</td>'
+            f'<td><span class="sign">{TRUST[verdict][0]}</span>{text(known if joint.fitted else "not fitted")}</td>'
             + "".join(f"<td>{text(cell)}</td>" for cell in cells)
             + "</tr>"
         )

@@ -26,7 +26,7 @@ MISSING = -32768
 # Axes of a pose are unit vectors: steps of 0.002 degrees.
 UNIT = 1.0 / MOST_STEPS
 # A page of so many samples of points takes about 4 MB; longer clips show every second frame, and so on.
-MOST_SAMPLES = 900_000
+MOST_SAMPLES = 600_000
 # Metres: an ellipsoid that is drawn larger would hide the figure. It is then marked as cut.
 LARGEST = 0.10
 DEVIATIONS = 2.0

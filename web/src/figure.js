@@ -5,20 +5,21 @@ import {
   OctahedronGeometry, Quaternion, SphereGeometry, Vector3,
 } from 'three';
 
-const JOINT = 0.018;
-const BONE = 0.009;
-const MARKER = 0.008;
+// Shares of the figure's reach: a hand is drawn as fine as a whole body.
+const JOINT = 0.022;
+const BONE = 0.01;
+const MARKER = 0.009;
 const NONE = new Matrix4().makeScale(0, 0, 0);
 const Y = new Vector3(0, 1, 0);
 // A sign besides the colour, for those who see no difference in it.
 const SHAPES = {
-  yes: () => new IcosahedronGeometry(JOINT, 2),
-  weak: () => new OctahedronGeometry(1.25 * JOINT),
-  no: () => new IcosahedronGeometry(1.15 * JOINT, 1),
+  yes: (size) => new IcosahedronGeometry(size, 2),
+  weak: (size) => new OctahedronGeometry(1.35 * size),
+  no: (size) => new IcosahedronGeometry(1.25 * size, 1),
 };
 
 export class Figure {
-  constructor(data) {
+  constructor(data, reach) {
     const { joints, bones, markers } = data.about;
     this.data = data;
     this.group = new Group();
@@ -31,14 +32,14 @@ export class Figure {
     this.balls = Object.entries(SHAPES).map(([trust, shape]) => {
       const mine = joints.map((joint, i) => [joint, i]).filter(([joint]) => joint.trust === trust).map(([, i]) => i);
       const material = trust === 'no' ? new MeshBasicMaterial({ wireframe: true }) : new MeshLambertMaterial();
-      return { trust, mine, mesh: this.#instances(shape(), material, mine.length) };
+      return { trust, mine, mesh: this.#instances(shape(JOINT * reach), material, mine.length) };
     });
-    this.bones = this.#instances(new CylinderGeometry(BONE, BONE, 1, 8), new MeshLambertMaterial(), bones.length);
-    this.markers = this.#instances(new IcosahedronGeometry(MARKER, 1), new MeshLambertMaterial(), markers.length);
+    this.bones = this.#instances(new CylinderGeometry(BONE * reach, BONE * reach, 1, 8), new MeshLambertMaterial(), bones.length);
+    this.markers = this.#instances(new IcosahedronGeometry(MARKER * reach, 1), new MeshLambertMaterial(), markers.length);
     this.ellipsoids = joints.map((joint) => joint.ellipsoid && this.#ellipsoid(joint));
     this.spokes = new LineSegments(new BufferGeometry(), new LineBasicMaterial());
     this.spokes.frustumCulled = false;
-    this.ring = new Mesh(new IcosahedronGeometry(1.9 * JOINT, 1), new MeshBasicMaterial({ wireframe: true }));
+    this.ring = new Mesh(new IcosahedronGeometry(1.9 * JOINT * reach, 1), new MeshBasicMaterial({ wireframe: true }));
     this.group.add(this.spokes, this.ring);
   }
 

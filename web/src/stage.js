@@ -3,6 +3,7 @@ import {
   Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { extent } from './extent.js';
 import { Figure } from './figure.js';
 
 const COLOURS = ['view', 'grid', 'marker', 'other', 'pick', 'left-out'];
@@ -12,7 +13,8 @@ export class Stage {
   constructor(data, view) {
     this.data = data;
     this.view = view;
-    this.figure = new Figure(data);
+    this.extent = extent(data);
+    this.figure = new Figure(data, this.extent.reach);
     this.renderer = new WebGLRenderer({ antialias: true });
     view.prepend(this.renderer.domElement);
     this.camera = new PerspectiveCamera(40, 1, 0.02, 200);
@@ -35,36 +37,12 @@ export class Stage {
       return word;
     });
     this.frame = 0;
-    this.#measure();
     this.paint();
     const dark = matchMedia('(prefers-color-scheme: dark)');
     dark.addEventListener('change', () => this.paint());
     new ResizeObserver(() => this.#resize()).observe(view);
     this.#resize();
     this.look('start');
-  }
-
-  /** How much room the whole movement takes, and how much the figure does in one frame. */
-  #measure() {
-    const { frames, bones, root, floor } = this.data.about;
-    const ends = [...new Set(bones.flatMap((bone) => [bone.from, bone.to]))];
-    const at = new Vector3();
-    const low = new Vector3(Infinity, Infinity, Infinity);
-    const high = low.clone().negate();
-    const grow = (point, frame) => {
-      if (!this.data.point(point, frame, at)) return;
-      low.min(at);
-      high.max(at);
-    };
-    for (let i = 0; i < 40; i++) grow(root, Math.floor((i / 40) * frames));
-    for (const end of ends) for (let i = 0; i < 40; i++) grow(end, Math.floor((i / 40) * frames));
-    if (low.x > high.x) { low.set(-1, -1, -1); high.set(1, 1, 1); }
-    this.low = low;
-    this.high = high;
-    this.middle = low.clone().add(high).multiplyScalar(0.5);
-    const extent = high.clone().sub(low).projectOnPlane(this.up).length();
-    this.half = Math.ceil(Math.max(1.5, extent / 2 + 0.75));
-    this.floor = floor;
   }
 
   paint() {
@@ -77,10 +55,14 @@ export class Stage {
       this.scene.remove(this.grid);
       this.grid.dispose();
     }
-    this.grid = new GridHelper(2 * this.half, 4 * this.half, colours.grid, colours.grid);
+    const { low, high } = this.extent;
+    const middle = low.clone().add(high).multiplyScalar(0.5);
+    const way = high.clone().sub(low).projectOnPlane(this.up).length();
+    const half = Math.ceil(Math.max(1.5, way / 2 + 0.75));
+    this.grid = new GridHelper(2 * half, 4 * half, colours.grid, colours.grid);
     // The grid lies square to y.
     this.grid.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), this.up);
-    this.grid.position.copy(this.middle).projectOnPlane(this.up).addScaledVector(this.up, this.floor);
+    this.grid.position.copy(middle).projectOnPlane(this.up).addScaledVector(this.up, this.data.about.floor);
     this.scene.add(this.grid);
     this.figure.paint(colours);
     this.stale = true;
@@ -96,7 +78,7 @@ export class Stage {
     this.stale = true;
   }
 
-  /** Puts the camera in front, beside or above the whole movement, or where it was at the start. */
+  /** Puts the camera in front of, beside or above the figure of this frame, or where it was at the start. */
   look(from) {
     const front = new Vector3(...this.data.about.front);
     const side = new Vector3().crossVectors(this.up, front);
@@ -106,14 +88,29 @@ export class Stage {
       top: this.up.clone().addScaledVector(front, 0.001),
       start: front.clone().addScaledVector(side, 0.65).addScaledVector(this.up, 0.3),
     }[from].normalize();
-    const radius = Math.max(0.15, this.high.distanceTo(this.low) / 2);
-    const narrow = Math.min(1, this.camera.aspect);
-    const distance = (1.02 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / narrow;
-    this.controls.target.copy(this.middle);
-    this.camera.position.copy(this.middle).addScaledVector(away, distance);
+    const narrow = Math.min(1, 1.25 * this.camera.aspect);
+    const distance = (1.08 * this.extent.reach) / Math.sin((this.camera.fov * Math.PI) / 360) / narrow;
+    const target = this.#middle();
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(away, distance);
     this.followed = null;
     this.controls.update();
     this.stale = true;
+  }
+
+  /** The middle of what is seen of the figure in this frame, or of its whole way. */
+  #middle() {
+    const low = new Vector3(Infinity, Infinity, Infinity);
+    const high = low.clone().negate();
+    const at = new Vector3();
+    for (const { from, to } of this.data.about.bones) {
+      for (const end of [from, to]) {
+        if (!this.data.point(end, this.frame, at)) continue;
+        low.min(at);
+        high.max(at);
+      }
+    }
+    return low.x > high.x ? this.extent.low.clone().lerp(this.extent.high, 0.5) : low.lerp(high, 0.5);
   }
 
   /** Draws a frame. */
