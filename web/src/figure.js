@@ -39,7 +39,7 @@ export class Figure {
     this.ellipsoids = joints.map((joint) => joint.ellipsoid && this.#ellipsoid(joint));
     this.spokes = new LineSegments(new BufferGeometry(), new LineBasicMaterial());
     this.spokes.frustumCulled = false;
-    this.ring = new Mesh(new IcosahedronGeometry(1.9 * JOINT * reach, 1), new MeshBasicMaterial({ wireframe: true }));
+    this.ring = new Mesh(new IcosahedronGeometry(1.9 * JOINT * reach, 1), new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.45 }));
     this.group.add(this.spokes, this.ring);
   }
 
