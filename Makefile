@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint types bench golden samples blender clean
+.PHONY: help demo test fuzz lint types bench golden samples page blender clean
 
 help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
@@ -57,6 +57,9 @@ samples: $(STAMP) ## Make sample_data again from its generator
 blender: .venv-blender/installed ## Opt-in (0.4 GB): Blender puts every joint where the model does
 	.venv-blender/bin/python tests/blender_check.py $(CLIPS)
 
+page: ## Bundle the report page's viewer again (needs node and npm)
+	cd web && npm ci --ignore-scripts --no-audit --no-fund && npm run build
+
 clean: ## Remove the environment, caches and demo results
-	rm -rf $(VENV) .venv-blender demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) .venv-blender web/node_modules demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from mocap_skel.batch import Job, fit_file
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, FitError
 from mocap_skel.export.files import check_free, safe_name, write_all
+from mocap_skel.job import Job, fit_file
 from mocap_skel.report.figures import KINDS, check_figures, picture
 from mocap_skel.report.pose_figures import Actor, pose_figure
 from mocap_skel.report.time_figures import bones_figure, residuals_figure, tracks_figure

@@ -12,10 +12,11 @@ from conftest import ASSOCIATIONS, SAMPLES, fit_clip
 
 from mocap_skel import read_clip
 from mocap_skel.association import read_association
-from mocap_skel.batch import Job, process
+from mocap_skel.batch import process
 from mocap_skel.errors import CallError, ExportError
 from mocap_skel.export.c3d_copy import c3d_copy
 from mocap_skel.export.parameters import Parameters
+from mocap_skel.job import Job
 from mocap_skel.readers.machine import encoded, numbers
 from mocap_skel.readers.raw import texts
 from mocap_skel.readers.section import BLOCK

@@ -16,6 +16,7 @@ from mocap_skel.errors import CallError, MocapSkelError
 COMMANDS = {
     "fit": "Fit a skeleton to clips: joint centres, moving skeleton, evidence.",
     "draw": "Draw a fitted clip: the skeleton in a frame, joints and bones against time.",
+    "report": "Show a clip's skeleton moving, and the evidence for it, on one HTML page.",
     "inspect": "Show what is in a clip before anyone fits it.",
     "assoc": "Association files: guess one for a clip, check one, list and show the shipped ones.",
     "methods": "Compare the sphere fits: the thesis's Table 4, measured now.",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Unpack
 
 import click
 
 from mocap_skel.cli import FAILED, complain, options, say
+from mocap_skel.cli.jobs import Told, job_of
 from mocap_skel.errors import CallError
 
 
@@ -14,9 +16,7 @@ from mocap_skel.errors import CallError
     "draw", epilog="Example: mocap-skel draw walk.c3d --assoc cmu --frame 120 -o pose.png"
 )
 @options.clip
-@options.association
-@options.skeleton
-@options.subject
+@options.which
 @click.option(
     "--plot", type=click.Choice(["pose", "tracks", "bones", "residuals"]), default="pose",
     show_default=True, help="pose: the skeleton in one frame or several. Against time: where joints "
@@ -40,33 +40,19 @@ from mocap_skel.errors import CallError
     help="The picture; its suffix tells the kind: .png, .svg or .pdf.",
 )  # fmt: skip
 @options.overwrite
-@options.sigma
-@options.pose
-@options.method
-@options.noise
-@options.unit
-@options.rate
-@options.salvage
+@options.estimation
+@options.reading
 @options.quiet
 def command(
     clip: Path,
-    association: str | None,
-    skeleton: str | None,
-    subject: str | None,
     plot: str,
     frames: tuple[int, ...],
     sheet: int | None,
     view: str | None,
     output: Path | None,
     overwrite: bool,
-    sigma: float | tuple[float, ...] | None,
-    pose: str,
-    method: str,
-    noise: str,
-    unit: str | None,
-    rate: float | None,
-    salvage: bool,
     quiet: bool,
+    **told: Unpack[Told],
 ) -> int:
     """Fit CLIP and draw it.
 
@@ -76,30 +62,19 @@ def command(
 
     Needs the extra 'plot': pip install 'mocap-skel[plot]'. Without --assoc the markers are guessed, as by fit.
     """
-    if association is None and skeleton is not None:
-        # Names are guessed for the standard human.
-        raise options.missing_association()
     if frames and sheet:
         raise CallError("--frame and --sheet do not go together", "--sheet chooses the frames")
     for name, given in (("--frame", frames), ("--sheet", sheet), ("--view", view)):
         if given and plot != "pose":
             raise CallError(f"{name} is for --plot pose, not for {plot}")
-    options.check_estimation(method, noise, sigma)
     from mocap_skel.extras import extra
 
     # Better said before anything is loaded or read.
     extra("matplotlib.figure", "plot")
-    from mocap_skel.association import read_association
-    from mocap_skel.batch import Job
     from mocap_skel.drawing import Drawing, draw
 
-    job = Job(
-        association=None if association is None else read_association(association, skeleton),
-        subject=subject, sigma=sigma, pose=pose, method=method, noise=noise, unit=unit, rate=rate,
-        salvage=salvage,
-    )  # fmt: skip
     wanted = Drawing(plot, frames, sheet or 0, view or "oblique", output, overwrite)
-    done = draw(clip, job, wanted)
+    done = draw(clip, job_of(told), wanted)
     for failure in done.failed:
         complain(failure)
     for note in [] if quiet else done.notes:

@@ -161,6 +161,10 @@ output = click.option(
     "-o", "--output", default=".", metavar="DIR", show_default="current folder",
     help="Folder for the results; - sends one clip's first format to standard output.",
 )  # fmt: skip
+output_page = click.option(
+    "-o", "--output", default=".", metavar="DIR", show_default="current folder",
+    help="Folder for the pages; - sends one clip's page to standard output.",
+)  # fmt: skip
 folder = click.option(
     "-o", "--output", "folder", default=".", metavar="DIR", show_default="current folder",
     type=Folder(path_type=Path), help="Folder for the results.",
@@ -193,13 +197,6 @@ _RIG = (
 )  # fmt: skip
 
 
-def rig(command: F) -> F:
-    """What a BVH can be told."""
-    for option in reversed(_RIG):
-        command = option(command)
-    return command
-
-
 unit = click.option(
     "--unit", metavar="UNIT", help="Length unit of the clip (mm, cm, m), whatever the file says."
 )
@@ -212,3 +209,20 @@ salvage = click.option(
     help="Read the frames that are left of a clip whose file is cut off or damaged.",
 )
 quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")
+
+
+def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
+    """Options as one decorator, in the order of the help."""
+
+    def decorate(command: F) -> F:
+        for option in reversed(several):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+rig = _together(*_RIG)
+which = _together(association, skeleton, subject)
+estimation = _together(sigma, pose, method, noise)
+reading = _together(unit, rate, salvage)
