@@ -49,6 +49,10 @@ def validate(
         except MocapSkelError as error:
             result.failed = " ".join(str(error).split())
             continue
+        # One clip's numbers that a method cannot take must not cost the others theirs.
+        except (ArithmeticError, ValueError, LookupError) as error:
+            result.failed = f"{type(error).__name__}: {error}"
+            continue
         for subject, found in fitted:
             done.setdefault(path.parent, []).append((name, subject, found, result))
     for together in done.values():

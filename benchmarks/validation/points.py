@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import ClipError
-from mocap_skel.readers import with_c3d, with_ezc3d
+from mocap_skel.readers import _read_raw
 from mocap_skel.readers.markers import names_and_subjects
 from mocap_skel.readers.raw import FARTHEST
 from mocap_skel.readers.units import metres_in
@@ -25,12 +25,10 @@ def all_points(path: Path, clip: Clip) -> dict[tuple[str, str], Array]:
         clip: the same as `read_clip` has it; its unit is taken.
 
     Raises:
-        ClipError: neither reader reads it.
+        ClipError: no reader reads it, or in other frames than `read_clip`.
     """
-    try:
-        raw = with_ezc3d.read(path)
-    except ClipError:
-        raw = with_c3d.read(path)
+    # The door of `read_clip` itself, before it sorts points: ezc3d alone takes some files for others.
+    raw = _read_raw(path, salvage=False)
     names, subjects = names_and_subjects(raw)
     scale = metres_in(clip.unit)
     assert scale is not None, "read_clip has found a unit"
