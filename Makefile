@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint types bench golden samples page blender clean
+.PHONY: help demo test fuzz lint types bench validate golden samples page blender clean
 
 help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
@@ -41,6 +41,10 @@ bench: $(STAMP) ## Timings side by side, and accuracy against known truth
 	$(BIN)/python benchmarks/bench_guess.py
 	$(BIN)/python benchmarks/accuracy.py
 	$(BIN)/python benchmarks/guess_table.py
+
+CLIPS ?= ../shared/clips
+validate: $(STAMP) ## Joints against references in a folder of real clips (make validate CLIPS=...), beside published methods
+	$(BIN)/python benchmarks/validate.py --half -q $(CLIPS)
 
 golden: $(STAMP) ## Rewrite the golden results; review the diff before committing it
 	$(BIN)/python tests/golden.py
