@@ -17,7 +17,14 @@ from mocap_skel.joint import BEST, LEAST_SAMPLES, CentreFit, Frame, JointFit, fi
 from mocap_skel.left_out import LeftOut, left_out, notes
 from mocap_skel.noise import clip_noise
 from mocap_skel.pose import Array, Pose, by_rows, one_marker_pose
-from mocap_skel.priors import Expected, Surroundings, expected_joint, subject_size
+from mocap_skel.priors import (
+    Expected,
+    Surroundings,
+    expected_joint,
+    hinge_shift,
+    inward,
+    subject_size,
+)
 from mocap_skel.shape import Shape, find_shape, median
 from mocap_skel.skeleton import Segment, Skeleton
 from mocap_skel.spherefit import DegenerateSphereError, Moments, sphere_moments
@@ -180,6 +187,7 @@ class _Walk:
         self.lost: list[str] = []
         self.segments: dict[str, SegmentFit] = {}
         self.frames: dict[str, Frame] = {}
+        self.hinged: set[str] = set()
         self.joints: list[JointFit] = []
         self.markers = {
             name: self._seen(name, columns) for name, columns in assignment.columns.items()
@@ -356,6 +364,7 @@ class _Walk:
             self.noise.in_frame(self.segments[segment.parent].pose),
             each=self.noise.each,
             expected=expected,
+            looseness=segment.looseness,
         )
 
     def _markers_pose(self, name: str) -> Pose:
@@ -409,6 +418,7 @@ class _Walk:
             )
         else:
             at = np.array([distance, 0.0, 0.0])
+            axis = self._hinge_below(segment, points[:, m], joint.track, axis)
             pose = one_marker_pose(
                 points[:, m], joint.track, axis, place, at, np.array([0.0, 0.0, 1.0])
             )
@@ -418,9 +428,25 @@ class _Walk:
             self.segments[segment.name] = SegmentFit(segment.name, pose, {name: place}, at, end)
             self.frames[segment.name] = (
                 Frame(None, "weak", f"{segment.name} stands on one marker")
-                if joint.hinge
+                if joint.hinge or segment.name in self.hinged
                 else Frame(None, "no", f"the turn of {segment.name} is not seen: one marker")
             )
+
+    def _hinge_below(self, segment: Segment, marker: Array, joint: Array, axis: Array) -> Array:
+        """The axis (frames, 3) of the hinge at a segment's other end, where anatomy has one there.
+
+        It is fixed in the segment, and the lower bone shows it, as the segment's own marker cannot.
+        """
+        for child in self.skeleton.segments:
+            found = hinge_shift(child.priors) if child.parent == segment.name else None
+            if self.prior and found is not None and found[0] in self.markers[segment.name]:
+                ends = [self._track(name) for name in found[1].toward]
+                known = [end for end in ends if end is not None]
+                if len(known) == len(ends):
+                    below = np.mean(known, axis=0) - marker
+                    self.hinged.add(segment.name)
+                    return inward(marker - joint, below, found[1], self.size)
+        return axis
 
     def _add(
         self, segment: Segment, pose: Pose, frame: Frame, shape: Shape, joint: Array | None

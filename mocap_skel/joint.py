@@ -8,7 +8,7 @@ import numpy as np
 
 from mocap_skel.lever import Lever
 from mocap_skel.pose import Array
-from mocap_skel.posterior import combine, systematic
+from mocap_skel.posterior import combine, skin_error
 from mocap_skel.priors import Expected
 from mocap_skel.shape import Shape
 from mocap_skel.spherefit import (
@@ -22,6 +22,7 @@ from mocap_skel.spherefit import (
     fit_sphere,
     marker_noise,
     radial_variance,
+    smooth_share,
     sphere_moments,
 )
 
@@ -158,6 +159,7 @@ def fit_centre(
     *,
     each: bool = False,
     expected: Expected | None = None,
+    looseness: float = 1.0,
 ) -> CentreFit | None:
     """The common centre of the child's markers in the parent's frame.
 
@@ -169,7 +171,8 @@ def fit_centre(
         method: one of `spherefit.METHODS`, or `BEST`.
         noise: (3, 3) Σ̂ / sigma² of a marker along the parent's axes; the unit matrix if None.
         each: take each marker's noise from its own radial residuals instead, and weigh it by that.
-        expected: where anatomy has the joint.
+        expected: where anatomy has the joint; None for what the motion alone gives.
+        looseness: how far the joint is from a ball, as `Segment.looseness`.
 
     Returns:
         None where no marker has enough samples. A marker that is never seen has the radius NaN.
@@ -180,8 +183,9 @@ def fit_centre(
     there = np.asarray(np.isfinite(inside[..., 0]).any(axis=0))
     if not there.all():
         found = fit_centre(
-            inside[:, there], sigma, own_sigma, frame, method, noise, each=each, expected=expected
-        )
+            inside[:, there], sigma, own_sigma, frame, method, noise, each=each, expected=expected,
+            looseness=looseness,
+        )  # fmt: skip
         if found is None:
             return None
         radius = np.full(len(there), np.nan)
@@ -219,11 +223,13 @@ def fit_centre(
     if method == "mle":
         weights = 1.0 / np.maximum(fit.radius**2, np.finfo(float).tiny)
     covariance = _covariance(moments, fit, weights, effective, sigma, still, shown[0] == "yes")
-    skin_covariance = systematic(
-        moments, fit, radial_variance(moments, fit), float(fit.sigma) ** 2 * taken, leverage,
-        _reach(moments),
+    soft = skin_error(
+        moments, fit, radial_variance(moments, fit), smooth_share(errors),
+        float(fit.sigma) ** 2 * taken, leverage, _reach(moments), looseness,
     )  # fmt: skip
-    both = combine(fit.centre, covariance + skin_covariance, expected)
+    # A pure fit stays what it is, with the error that it has.
+    centre = fit.centre + (0.0 if expected is None else soft.shift)
+    both = combine(centre, covariance + soft.covariance, expected)
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     determined, reason = min(
         ("yes", "") if fit.converged else ("no", f"{method.upper()} did not converge"),

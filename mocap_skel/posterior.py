@@ -10,11 +10,16 @@ from mocap_skel.pose import Array
 from mocap_skel.priors import Expected
 from mocap_skel.spherefit import Moments, SphereFit
 
-# Skin slides with the joint's angle, and the part of it that is in proportion to the turn moves the centre
-# without a trace in the residuals: metres a radian for each metre of residual that does leave one.
-SLIDE = 2.5
+# The part of skin's slide that is in proportion to the joint's turn looks like another centre and leaves no
+# residual: metres a radian of it for each metre of slide that does. For a ball joint; `Segment.looseness`
+# times that where the bones themselves roll and glide.
+SLIDE = 7.5
+# Radians: within such a turn of the marker's direction the skin lies as before, beyond it anew.
+ALIKE = 0.4
 # Metres: how far skin shifts a segment's markers together, unseen where there are no more than three.
 SKIN = 0.005
+# A share of the residuals that no series is too rough for: skin is never quite still.
+LEAST_SMOOTH = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,50 +37,89 @@ class Posterior:
     share: float
 
 
-def systematic(
-    moments: Moments, fit: SphereFit, residual: Array, noise: Array, leverage: Array, reach: float
-) -> Array:
-    """Covariance (3, 3), m², of what skin does to a centre and more samples do not mend.
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """What skin does to a centre that was fitted to a motion, and more samples do not mend.
 
-    Three parts: residuals that are the same whenever the joint comes back to the same place, so that each
-    marker counts as one sample of its cap; a slide in proportion to the angle, which looks like another
-    centre; and a noise level that may lie anywhere between what was taken away and what the residuals,
-    with the frame's own skin, show at most.
+    Attributes:
+        covariance: (3, 3), m².
+        shift: (3,), metres, what the middle of the possible noise levels would move the centre by.
+    """
+
+    covariance: Array
+    shift: Array
+
+
+def skin_error(
+    moments: Moments,
+    fit: SphereFit,
+    residual: Array,
+    smooth: Array,
+    noise: Array,
+    leverage: Array,
+    reach: float,
+    looseness: float = 1.0,
+) -> Skin:
+    """The error of a centre that the soft tissue under the markers makes.
+
+    Residuals that follow each other smoothly are the same whenever the joint comes back to the same place:
+    they do not average out over frames or markers, only over the places, as many as the markers'
+    directions cover. Three parts: such residuals as the noise of a sphere fit; the slide in proportion to
+    the angle, which they show the size of only; and a noise level that lies anywhere between what was
+    taken away and what the residuals, with the frame's own skin, show at most.
 
     Args:
         moments: of the child's markers in the parent's frame.
         fit: the centre that was fitted to them.
         residual: (M,) variance of the radial residuals, m².
+        smooth: (M,) share of it that is smooth in time.
         noise: (M, 3, 3), what was taken away, m².
         leverage: (M, 3, 3), noise of the parent's frame at the markers for a σ of 1.
         reach: metres, the joint lies within it.
+        looseness: of the joint, 1 for a ball.
     """
     away = moments.mean - fit.centre
-    radius = np.maximum(np.linalg.norm(away, axis=1), 1e-6)
-    known = np.maximum(residual, 1e-12)
-    seen = moments.count >= 2
-    moved = np.maximum(seen, 0)[:, None, None] * moments.covariance
-    solved = fit.axes[:, 3 - int(fit.rank) :]
-    part = solved @ solved.T
-    cap = np.einsum("p,pij->ij", 1.0 / (radius**2 * known), moved)
-    cap = part @ cap @ part
-    level = float(np.average(known, weights=moments.count))
+    radius = np.maximum(np.linalg.norm(away, axis=1), np.finfo(float).tiny)
     below = np.maximum(moments.count - 1.0, 0.0)
     weight = below / below.sum()
+    solved = fit.axes[:, 3 - int(fit.rank) :]
+    part = solved @ solved.T
+    moved = moments.covariance - noise
+    cap = part @ np.einsum("p,pij->ij", weight / radius**2, moved) @ part
+    skin = float(weight @ (residual * np.maximum(smooth, LEAST_SMOOTH))) + np.finfo(float).tiny
+    places = _places(cap, away.T @ weight)
+    values, axes = np.linalg.eigh(cap)
+    information = np.maximum(values, 0.0) * places / skin + 1.0 / reach**2
     # The middle between the two levels, and as far to either side.
-    doubt = 0.5 * np.maximum(known - np.trace(noise, axis1=1, axis2=2) / 3, 0.0)
-    extra = doubt[:, None, None] * np.eye(3) + 0.5 * SKIN**2 * leverage
-    system = np.einsum("p,pij->ij", weight, moments.covariance - noise)
-    push = np.einsum("p,pij,pj->i", weight, extra, away)
-    values, axes = np.linalg.eigh(part @ system @ part)
-    most = np.einsum("ik,ij,jk->k", axes, np.einsum("p,pij->ij", weight, extra), axes)
-    floor = np.maximum(values, most + 1e-18)
-    shift = axes @ ((axes.T @ (part @ push)) / floor)
-    return np.asarray(
-        np.linalg.inv(cap + np.eye(3) / reach**2)
-        + SLIDE**2 * level * np.eye(3)
-        + np.outer(shift, shift)
+    doubt = np.maximum(residual - np.trace(noise, axis1=1, axis2=2) / 3, 0.0)
+    extra = 0.5 * (doubt[:, None, None] * np.eye(3) + SKIN**2 * leverage)
+    shift = _noise_shift(part, weight, moved, extra, away)
+    return Skin(
+        (axes / information) @ axes.T
+        + (looseness * SLIDE) ** 2 * skin / places * np.eye(3)
+        + np.outer(shift, shift),
+        shift,
     )
+
+
+def _places(cap: Array, middle: Array) -> float:
+    """How many times the markers' directions cover anew, at least one in each way across their mean."""
+    length = float(np.linalg.norm(middle))
+    axis = middle / length if length > 0 else middle
+    across = np.eye(3) - np.outer(axis, axis)
+    spread = np.linalg.eigvalsh(across @ cap @ across)[1:]
+    # √12 standard deviations are the whole width of an even distribution.
+    return float(np.prod(np.maximum(np.sqrt(12.0 * np.maximum(spread, 0.0)) / ALIKE, 1.0)))
+
+
+def _noise_shift(part: Array, weight: Array, moved: Array, extra: Array, away: Array) -> Array:
+    """(3,): where a centre goes when more noise is taken away, (C - N - ΔN)(c - x̄) = ½ S to first order."""
+    system, more = (np.einsum("p,pij->ij", weight, m) for m in (moved, extra))
+    push = part @ np.einsum("p,pij,pj->i", weight, extra, away)
+    values, axes = np.linalg.eigh(part @ system @ part)
+    # No farther than to the markers, however little is left of a direction.
+    least = np.einsum("ik,ij,jk->k", axes, more, axes)
+    return np.asarray(-axes @ ((axes.T @ push) / np.maximum(values, least + np.finfo(float).tiny)))
 
 
 def combine(centre: Array, covariance: Array, expected: Expected | None) -> Posterior:

@@ -145,16 +145,26 @@ def _hinge_step(shift: Shift, marker: Array, around: Surroundings) -> Array | No
     if lower is None or around.upper is None:
         return None
     direction = inward(
-        marker - around.upper, lower.mean - marker, lower.covariance, shift.hinge,
-        shift.by * around.size, shift.beside * around.size,
-    )  # fmt: skip
-    return None if direction is None else direction * shift.by * around.size
+        marker - around.upper, lower.mean - marker, shift, around.size, lower.covariance
+    )
+    step = direction * shift.by * around.size
+    return step if np.isfinite(step).all() else None
+
+
+def hinge_shift(priors: Sequence[Prior]) -> tuple[str, Shift] | None:
+    """The marker of a joint that anatomy calls a hinge, and the shift from it; None for other joints."""
+    for prior in priors:
+        if len(prior.mean) == 1:
+            for shift in prior.shifts:
+                if shift.hinge:
+                    return prior.mean[0], shift
+    return None
 
 
 def inward(
-    above: Array, below: Array, swing: Array, sense: int, depth: float, beside: float
-) -> Array | None:
-    """Direction (3,) from a marker beside a hinge joint to the joint, square to the bones on both sides.
+    above: Array, below: Array, shift: Shift, size: float, swing: Array | float = 0.0
+) -> Array:
+    """Direction from a marker beside a hinge joint to the joint, square to the bones on both sides.
 
     With v the direction, the joint is at depth v from the marker; both bones are square to v, so that
     v·above = -depth and v·below = depth - beside, for the latter in every frame of the motion. Their
@@ -163,30 +173,37 @@ def inward(
     a straight limb tells nothing but the line through its ends, which the marker is beside.
 
     Args:
-        above: (3,) from the upper joint to the marker, metres.
-        below: (3,) from the marker to a place far down the lower bone, mean over the clip.
-        swing: (3, 3) covariance of that place, m².
-        sense: 1 where v points as above × below, -1 for the other way.
-        depth: from the marker to the joint, metres.
-        beside: how far that place is beside the bone itself, on the marker's side.
+        above: (..., 3) from the upper joint to the marker, metres.
+        below: (..., 3) from the marker to a place far down the lower bone; its mean where it moves.
+        shift: the joint's depth, the side, and how far that place is beside the bone.
+        size: the subject's.
+        swing: (..., 3, 3) covariance of that place, m².
 
     Returns:
-        None where marker and joints are all in one place.
+        (..., 3), unit vectors; NaN where marker and joints are all in one place, or one is missing.
     """
-    normal = sense * np.cross(above, below)
-    lengths = float(np.linalg.norm(above) * np.linalg.norm(below))
-    if not lengths > 0:
-        return None
-    form = np.outer(above, above) / BONE_ERROR**2
-    form = form + (swing + np.outer(below, below)) / CARRYING_ERROR**2
-    right = -depth * above / BONE_ERROR**2 + (depth - beside) * below / CARRYING_ERROR**2
+    depth, beside = shift.by * size, shift.beside * size
+    known = np.asarray(np.isfinite(above + below).all(axis=-1))
+    d, s = (np.where(known[..., None], v, 0.0) for v in (above, below))
+    normal = shift.hinge * np.cross(d, s)
+    form = d[..., :, None] * d[..., None, :] / BONE_ERROR**2
+    form = form + (swing + s[..., :, None] * s[..., None, :]) / CARRYING_ERROR**2
+    right = -depth * d / BONE_ERROR**2 + (depth - beside) * s / CARRYING_ERROR**2
     values, axes = np.linalg.eigh(form)
-    weakest = axes[:, 0] * (1.0 if normal @ axes[:, 0] >= 0 else -1.0)
-    excess = np.maximum(values[1:] - values[0], 1e-12 * values[-1])
-    rest = axes[:, 1:] @ ((axes[:, 1:].T @ right) / excess)
-    square = float(rest @ rest)
-    if square >= 1.0:
-        return np.asarray(rest / np.sqrt(square))
-    bend = float(np.linalg.norm(normal)) / lengths
-    rest = rest + weakest * np.sqrt(1.0 - square) * bend**2 / (bend**2 + LEAST_BEND**2)
-    return np.asarray(rest / np.linalg.norm(rest))
+    weakest = axes[..., :, 0]
+    weakest = (
+        weakest * np.where(np.einsum("...i,...i->...", normal, weakest) < 0, -1.0, 1.0)[..., None]
+    )
+    excess = np.maximum(values[..., 1:] - values[..., :1], 1e-12 * values[..., 2:])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rest = np.einsum(
+            "...ik,...k->...i",
+            axes[..., :, 1:],
+            np.einsum("...ik,...i->...k", axes[..., :, 1:], right) / excess,
+        )
+        lengths = np.linalg.norm(d, axis=-1) * np.linalg.norm(s, axis=-1)
+        bend = (np.linalg.norm(normal, axis=-1) / lengths) ** 2
+        left = np.sqrt(np.maximum(1.0 - (rest * rest).sum(axis=-1), 0.0))
+        rest = rest + weakest * (left * bend / (bend + LEAST_BEND**2))[..., None]
+        found = rest / np.linalg.norm(rest, axis=-1, keepdims=True)
+    return np.asarray(np.where(known[..., None], found, np.nan))

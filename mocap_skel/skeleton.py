@@ -14,12 +14,14 @@ from mocap_skel.errors import SkeletonError
 from mocap_skel.prior_tables import Prior, read_landmarks, read_priors, read_sizes
 from mocap_skel.rest_keys import REST_KEYS, Vector, read_rest
 from mocap_skel.text import listed, nearest, read_text
-from mocap_skel.toml_checks import is_a, known_keys, names
+from mocap_skel.toml_checks import is_a, known_keys, names, number
 from mocap_skel.toml_places import Places
 
 SHIPPED = Path(__file__).parent / "skeletons"
 STANDARD = "human"
-SEGMENT_KEYS = {"name", "parent", "joint", "markers", "ends", "prior", *REST_KEYS}
+SEGMENT_KEYS = {
+    "name", "parent", "joint", "markers", "ends", "prior", "looseness", *REST_KEYS,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class Segment:
         markers: the standard names of the markers that may sit on it.
         ends: the markers whose mean is its end point when it is a leaf; empty means all.
         priors: what is known about the joint, the best first; the first whose landmarks are there counts.
+        looseness: how far the joint is from a ball joint, whose bones roll and glide: 1 for a hip.
         rest: direction of its bone, from its joint to the next one or its end, in the T-pose. All directions
             of the T-pose are along the character's axes: x to its left, y up, z forward.
         rest_joint: where in the T-pose its joint lies in a parent with several joints, from the parent's joint;
@@ -46,6 +49,7 @@ class Segment:
     markers: tuple[str, ...]
     ends: tuple[str, ...] = ()
     priors: tuple[Prior, ...] = ()
+    looseness: float = 1.0
     rest: Vector | None = None
     rest_joint: Vector | None = None
     rest_axis: Vector | None = None
@@ -169,8 +173,12 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
         if not is_a(joint, str, places.of(i, "joint"), "joint: a text"):
             raise SkeletonError(f"{places.of(i, 'joint')}: a joint without a name")
     priors = read_priors(entry.get("prior"), places, i)
+    looseness = number(
+        entry.get("looseness", 1.0), places.of(i, "looseness"), "looseness is a number above 0",
+        positive=True,
+    )  # fmt: skip
     rest = read_rest(entry, places, i, root=parent is None)
-    return Segment(name, parent, joint, markers, ends, priors, *rest)
+    return Segment(name, parent, joint, markers, ends, priors, looseness, *rest)
 
 
 def _check_tree(segments: list[Segment], places: Places) -> None:

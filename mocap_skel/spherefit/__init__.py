@@ -7,6 +7,7 @@ from mocap_skel.spherefit.bounds import (
     crlb_sphere,
     effective_counts,
     largest_noise,
+    smooth_share,
 )
 from mocap_skel.spherefit.estimators import (
     allowed_sigma,
@@ -60,6 +61,7 @@ __all__ = [
     "radial_variance",
     "running_centres",
     "sgdk",
+    "smooth_share",
     "sphere_moments",
     "ugdk",
 ]

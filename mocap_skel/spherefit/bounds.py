@@ -144,6 +144,25 @@ def effective_counts(residuals: ArrayLike) -> Array:
     return np.asarray(np.where(n > 0, np.clip(n / time, 1.0, np.maximum(n, 1)), 0.0))
 
 
+def smooth_share(residuals: ArrayLike) -> Array:
+    """Share of the variance of each marker's residual series that the frame before already had.
+
+    The correlation of neighbours, 0 for noise of cameras, near 1 for skin, which moves with the body.
+
+    Args:
+        residuals: (frames, M), NaN = missing.
+
+    Returns:
+        (M,), between 0 and 1; 0 where no two frames follow each other.
+    """
+    e = np.asarray(residuals, dtype=np.float64)
+    both = np.isfinite(e[1:]) & np.isfinite(e[:-1])
+    first, second = (np.where(both, part, 0.0) for part in (e[:-1], e[1:]))
+    square = 0.5 * (first * first + second * second).sum(axis=0)
+    product = (first * second).sum(axis=0)
+    return np.asarray(np.clip(product / np.maximum(square, np.finfo(float).tiny), 0.0, 1.0))
+
+
 def _autocorrelation(series: Array, size: int) -> Array:
     spectrum = np.fft.rfft(series, size)
     return np.asarray(np.fft.irfft(spectrum.real**2 + spectrum.imag**2, size))
