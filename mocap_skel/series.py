@@ -26,9 +26,9 @@ class Radial:
 
     Attributes:
         joint: the fit.
-        errors: (frames, M) each marker's distance from the centre less its own mean distance; NaN where
-            it is missing, was left out, or the parent has no pose. Their root mean square is
-            `JointFit.residual`.
+        errors: (frames, M) each marker's distance from the centre that the motion alone gives, less its own
+            mean distance; NaN where it is missing, was left out, or the parent has no pose. Their root
+            mean square is `JointFit.residual`.
         directions: (frames, M, 3) unit vectors from the centre to the markers, in the parent's frame.
     """
 
@@ -81,12 +81,14 @@ def radial(fit: SkeletonFit, markers: Tracks) -> tuple[Radial, ...]:
 
 def _radial(fit: SkeletonFit, joint: JointFit, markers: Mapping[str, Array]) -> Radial:
     points = np.stack([markers[name] for name in joint.markers], axis=1)
-    away = fit.segments[joint.parent].pose.to_segment(points) - joint.centre
-    distance = np.linalg.norm(away, axis=-1)
+    inside = fit.segments[joint.parent].pose.to_segment(points)
+    # Anatomy may have moved the centre off the sphere that the markers draw.
+    distance = np.linalg.norm(inside - joint.motion, axis=-1)
     seen = np.isfinite(distance)
     mean = np.where(seen, distance, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
+    away = inside - joint.centre
     with np.errstate(invalid="ignore", divide="ignore"):
-        directions = away / distance[..., None]
+        directions = away / np.linalg.norm(away, axis=-1, keepdims=True)
     return Radial(joint, distance - mean, directions)
 
 

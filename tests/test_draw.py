@@ -42,10 +42,10 @@ ROM = SAMPLES / "range_of_motion.c3d"
 STILL = SAMPLES / "nearly_still.c3d"
 
 
-def actor_of(clip, association="cmu"):
+def actor_of(clip, association="cmu", **options):
     found = known(association)
     assignment = associate(clip, found)[0]
-    fit = fit_skeleton(clip, assignment, found.skeleton)
+    fit = fit_skeleton(clip, assignment, found.skeleton, **options)
     return Actor(fit, marker_tracks(clip, assignment, fit))
 
 
@@ -61,7 +61,9 @@ def recording():
 
 @pytest.fixture(scope="module")
 def actor(recording):
-    return actor_of(clip_of(recording))
+    # A landmark's prior moves a joint off the sphere's centre, by up to the skin errors it is weighed with;
+    # the laws here are those of the movement alone.
+    return actor_of(clip_of(recording), prior="none")
 
 
 class TestSeries:
@@ -184,7 +186,7 @@ class TestPose:
             assert own.width / 2 == pytest.approx(widest, rel=1e-6)
 
     def test_a_huge_ellipsoid_is_cut_and_said(self):
-        actor = actor_of(read_clip(STILL))
+        actor = actor_of(read_clip(STILL), prior="none")
         drawn, caption = pose_figure([actor], [0], "oblique", "")
         widths = [p.width for p in drawn.axes[0].patches if type(p).__name__ == "Ellipse"]
         assert "dashed: cut at" in caption

@@ -132,7 +132,9 @@ def test_the_policy_lets_nothing_run_but_the_viewer_and_nothing_load():
 def test_the_page_has_verdict_table_notes_and_facts():
     one = shown("two_dancers")
     html = page(one)
-    assert '<p id="verdict">7 of 14 joints can be trusted.</p>' in html
+    sure = sum(joint.determined == "yes" for joint in one.fit.joints)
+    assert 0 < sure < 14
+    assert f'<p id="verdict">{sure} of 14 joints can be trusted.</p>' in html
     for joint in one.fit.joints:
         assert f"<button>{joint.joint}</button>" in html
         assert f"<b>{joint.joint}</b>" in html

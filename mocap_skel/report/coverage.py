@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.joint import JointFit
 from mocap_skel.pose import Array
+from mocap_skel.series import Radial
 
 # The map is a disc of radius 100; a cell of it is a place where a marker has been.
 RADIUS = 100
@@ -16,22 +15,14 @@ CELL = 4
 COLOURS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#66CCEE", "#AA3377", "#BBBBBB")
 
 
-def coverage_map(joint: JointFit, fit: SkeletonFit, points: Array) -> str:
+def coverage_map(about: Radial) -> str:
     """The directions from the joint's centre to its markers, in the parent's frame, as SVG.
 
     An equal-area map (Lambert's azimuthal) of the whole sphere about the markers' mean direction,
     turned so that most of the movement runs from left to right. Each marker has a colour; the circle is
     the cap of half-angle θ that would show the centre as well.
-
-    Args:
-        joint: a fitted one.
-        fit: the figure that it belongs to.
-        points: (frames, M, 3) of the markers `joint.markers`, NaN = missing or left out.
     """
-    away = fit.segments[joint.parent].pose.to_segment(points) - joint.centre
-    size = np.linalg.norm(away, axis=-1, keepdims=True)
-    known = np.isfinite(size) & (size > 0)
-    flat = flattened(np.where(known, away / np.where(known, size, 1.0), np.nan))
+    joint, flat = about.joint, flattened(about.directions)
     parts = [
         f'<circle r="{RADIUS}" class="sphere"/>',
         f'<circle r="{RADIUS / np.sqrt(2):.1f}" class="half"/>',

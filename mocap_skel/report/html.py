@@ -24,10 +24,11 @@ from mocap_skel.association import Assignment
 from mocap_skel.clip import Clip
 from mocap_skel.fit import SkeletonFit
 from mocap_skel.joint import JointFit
-from mocap_skel.pose import Array
 from mocap_skel.report.coverage import COLOURS, coverage_map
-from mocap_skel.report.scene import DEVIATIONS, LARGEST, Scene, scene
+from mocap_skel.report.ellipsoid import ERRORS
+from mocap_skel.report.scene import LARGEST, Scene, scene
 from mocap_skel.report.terminal import JOINT_HEAD, joint_cells
+from mocap_skel.series import marker_tracks, radial
 from mocap_skel.text import counted
 
 TRUST = {
@@ -78,7 +79,7 @@ def page(shown: Shown) -> str:
         notes=_list((*shown.decided, *fit.notes)),
         facts=_facts(shown, made),
         version=text(__version__),
-        deviations=f"{DEVIATIONS:g}",
+        deviations=f"{ERRORS:g}",
         largest=f"{100 * LARGEST:g} cm",
         scene=_json(made.about),
         samples=base64.b64encode(made.packed).decode(),
@@ -152,30 +153,19 @@ def _table(joints: Sequence[JointFit]) -> str:
 
 def _coverage(shown: Shown) -> Iterable[str]:
     fit = shown.fit
-    for i, joint in enumerate(fit.joints):
-        if not joint.fitted:
-            continue
-        picture = coverage_map(joint, fit, _used(shown, joint))
+    places = {joint.joint: i for i, joint in enumerate(fit.joints)}
+    for about in radial(fit, marker_tracks(shown.clip, shown.assignment, fit)):
+        joint, picture = about.joint, coverage_map(about)
         sign, _ = TRUST[joint.determined]
         key = ", ".join(
             f'<span class="m{m % len(COLOURS)}">{text(name)}</span>'
             for m, name in enumerate(joint.markers)
         )
         yield (
-            f'<figure data-joint="{i}">{picture}<figcaption><b>{text(joint.joint)}</b> '
+            f'<figure data-joint="{places[joint.joint]}">{picture}<figcaption><b>{text(joint.joint)}</b> '
             f'<span class="{joint.determined}"><span class="sign">{sign}</span>{joint.determined}</span>'
             f"<br>θ {np.degrees(joint.angle):.0f}° · {key}</figcaption></figure>"
         )
-
-
-def _used(shown: Shown, joint: JointFit) -> Array:
-    """The joint's markers (frames, M, 3) without the samples that the fit left out."""
-    columns = shown.assignment.columns[joint.child]
-    points = shown.clip.points[:, [columns[marker] for marker in joint.markers]]
-    for one in shown.fit.left_out:
-        if one.segment == joint.child and one.marker in joint.markers:
-            points[one.frames - shown.clip.first_frame, joint.markers.index(one.marker)] = np.nan
-    return points
 
 
 def _list(sentences: Iterable[str]) -> str:

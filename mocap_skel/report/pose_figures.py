@@ -12,6 +12,7 @@ from mocap_skel.axes import AXES
 from mocap_skel.fit import SkeletonFit
 from mocap_skel.joint import JointFit
 from mocap_skel.pose import Array
+from mocap_skel.report.ellipsoid import ERRORS, ellipsoid
 from mocap_skel.report.figures import figure, plain
 from mocap_skel.report.view import View, view_of
 from mocap_skel.series import Tracks, side
@@ -20,8 +21,6 @@ from mocap_skel.series import Tracks, side
 VERDICT_LOOK = {"yes": ("#0072B2", "o"), "weak": ("#E69F00", "D"), "no": ("#D55E00", "s")}
 BONE_GREYS = {"right": "0.15", "left": "0.55", "": "0.35"}
 MARKER_COLOUR = "#009E73"
-# Standard errors that an ellipsoid's semi-axis is long.
-ERRORS = 2.0
 # Semi-axes longer than this share of the figure's size hide it: they are cut, and it is said.
 _LONGEST = 1 / 16
 # Metres above or below the lab's zero within which the lowest marker of a clip stands on its floor.
@@ -306,12 +305,12 @@ def _ellipse(
     """The outline of a joint's error ellipsoid; whether it had to be cut."""
     from matplotlib.patches import Ellipse
 
-    if not np.isfinite(joint.covariance).all():
+    found = ellipsoid(joint)
+    if found is None:
         return False
-    # The covariance is along the parent's axes, the picture is of the lab.
-    turn = fit.segments[joint.parent].pose.rotation[frame]
-    values, vectors = np.linalg.eigh(turn @ joint.covariance @ turn.T)
-    half = ERRORS * np.sqrt(np.maximum(values, 0.0))
+    own, half = found
+    # It is in the parent's frame, the picture is of the lab.
+    vectors = fit.segments[joint.parent].pose.rotation[frame] @ own
     cut = bool(half.max() > scene.cap)
     half = np.minimum(half, scene.cap)
     (long, short), angle = scene.view.ellipse((vectors * half**2) @ vectors.T)

@@ -17,6 +17,7 @@ from mocap_skel.export.gaps import runs
 from mocap_skel.fit import SkeletonFit
 from mocap_skel.joint import VERDICTS, JointFit
 from mocap_skel.pose import Array
+from mocap_skel.report.ellipsoid import ellipsoid
 
 # Metres: a tenth of a millimetre is below the noise of any marker. Where a track is longer than 16 bits
 # of such steps (6.5 m), the step of the whole page doubles until it fits.
@@ -29,7 +30,6 @@ UNIT = 1.0 / MOST_STEPS
 MOST_SAMPLES = 600_000
 # Metres: an ellipsoid that is drawn larger would hide the figure. It is then marked as cut.
 LARGEST = 0.10
-DEVIATIONS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,14 +204,13 @@ def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, A
         "spokes": list(joint.markers),
         "child": joint.child,
     }
-    if joint.fitted and joint.parent in parents and np.isfinite(joint.covariance).all():
-        values, vectors = np.linalg.eigh(joint.covariance)
-        if np.linalg.det(vectors) < 0:
-            vectors = -vectors
+    found = ellipsoid(joint)
+    if found is not None and joint.parent in parents:
+        axes, radii = found
         about["ellipsoid"] = {
             "segment": parents.index(joint.parent),
-            "axes": np.round(vectors.T, 6).tolist(),
-            "radii": np.round(DEVIATIONS * np.sqrt(np.maximum(values, 0.0)), 6).tolist(),
+            "axes": np.round(axes.T, 6).tolist(),
+            "radii": np.round(radii, 6).tolist(),
         }
     return about
 

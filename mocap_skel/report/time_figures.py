@@ -130,7 +130,7 @@ def residuals_figure(actor: Actor, title: str) -> tuple[Any, str]:
     )
     missing = [joint.joint for joint in fit.joints if not joint.fitted]
     return drawn, _caption(
-        actor, "distance from the joint's centre less the marker's mean distance; dashed: ± σ, the noise taken "
+        actor, "distance from the centre that the motion gives, less the marker's mean distance; dashed: ± σ, the noise taken "
         "away; at the side: all samples, and beyond it the markers by name",
         clipped and _left_outside(), missing and f"not fitted: {listed(missing, 14)}",
     )  # fmt: skip
