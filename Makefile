@@ -59,7 +59,7 @@ samples: $(STAMP) ## Make sample_data again from its generator
 	@touch $@
 
 blender: .venv-blender/installed ## Opt-in (0.4 GB): Blender puts every joint where the model does
-	.venv-blender/bin/python tests/blender_check.py $(CLIPS)
+	.venv-blender/bin/python tests/blender_check.py $(FILES)
 
 page: ## Bundle the report page's viewer again (needs node and npm)
 	cd web && npm ci --ignore-scripts --no-audit --no-fund && npm run build

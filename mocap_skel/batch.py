@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from mocap_skel.association import Assignment
 from mocap_skel.errors import CallError, ClipError, FitError
 from mocap_skel.export import WRITERS, Rendered
-from mocap_skel.export.files import safe_name, write_all
+from mocap_skel.export.files import write_all
+from mocap_skel.export.results import stem_of
 from mocap_skel.fit import SkeletonFit
 from mocap_skel.job import PAGE, Fitted, Job, fit_file, named
 
@@ -117,9 +118,7 @@ def render(path: Path, job: Job) -> Done:
     options = replace(job.options, clip=found.clip, path=path)
     files: dict[Path, str | bytes] = {}
     for assignment, fit in found.subjects:
-        several = len(found.clip.subject_names) > 1
-        subject = safe_name(fit.subject) if several and fit.subject else ""
-        stem = f"{path.stem}.{subject}" if subject else path.stem
+        stem = stem_of(path, found.clip, fit)
         for name in job.formats:
             if name == PAGE:
                 rendered = _page(found, assignment, fit, job.command)

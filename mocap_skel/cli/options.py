@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from mocap_skel.errors import CallError
 
@@ -94,6 +95,27 @@ class Folder(click.Path):
         return super().convert(value, param, ctx)
 
 
+class Named(click.ParamType):  # type: ignore[type-arg]  # as Length
+    """A file, or the bare name of a shipped one; the shell completes both."""
+
+    # click hands over its context, needed or not.
+    # ruff: noqa: ARG002
+
+    name = "text"
+
+    def __init__(self, folders: tuple[str, ...], suffix: str) -> None:
+        self._folders, self._suffix = folders, suffix
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        # Nothing of the library is loaded: this is called at every press of the key.
+        package = Path(__file__).parents[1]
+        names = {p.stem for f in self._folders for p in (package / f).glob(f"*{self._suffix}")}
+        found = [CompletionItem(name) for name in sorted(names) if name.startswith(incomplete)]
+        return [*found, CompletionItem(incomplete, type="file")]
+
+
 def missing_association() -> CallError:
     """What to say where there is no association file."""
     return CallError(
@@ -125,11 +147,12 @@ clips = click.argument(
 clip = click.argument("clip", metavar="CLIP.c3d", type=click.Path(path_type=Path))
 association = click.option(
     "--assoc", "-a", "association", metavar="MAP",
+    type=Named(("association_files", "../association_files"), ".txt"),
     help="Association file: which label is which marker. A path, or a shipped one by name: cmu, "
     "plug_in_gait ... (mocap-skel assoc list).",
 )  # fmt: skip
 skeleton = click.option(
-    "--skeleton", metavar="NAME",
+    "--skeleton", metavar="NAME", type=Named(("skeletons",), ".toml"),
     help="Skeleton by name or file, in place of the association file's; it may be a part of it.",
 )  # fmt: skip
 subject = click.option(
