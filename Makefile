@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint types bench golden samples clean
+.PHONY: help demo test fuzz lint types bench validate golden samples page blender clean
 
 help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
@@ -42,12 +42,28 @@ bench: $(STAMP) ## Timings side by side, and accuracy against known truth
 	$(BIN)/python benchmarks/accuracy.py
 	$(BIN)/python benchmarks/guess_table.py
 
+CLIPS ?= ../shared/clips
+validate: $(STAMP) ## Joints against references in a folder of real clips (make validate CLIPS=...), beside published methods
+	$(BIN)/python benchmarks/validate.py --half -q $(CLIPS)
+
 golden: $(STAMP) ## Rewrite the golden results; review the diff before committing it
 	$(BIN)/python tests/golden.py
 
 samples: $(STAMP) ## Make sample_data again from its generator
 	$(BIN)/python sample_data/make.py
 
+# Blender's own numpy decides the versions of the rest, so it has an environment of its own; bpy 4.5 is for Python 3.11.
+.venv-blender/installed: pyproject.toml
+	python3.11 -m venv .venv-blender
+	.venv-blender/bin/python -m pip install --quiet --disable-pip-version-check --editable . 'bpy==4.5.*'
+	@touch $@
+
+blender: .venv-blender/installed ## Opt-in (0.4 GB): Blender puts every joint where the model does
+	.venv-blender/bin/python tests/blender_check.py $(FILES)
+
+page: ## Bundle the report page's viewer again (needs node and npm)
+	cd web && npm ci --ignore-scripts --no-audit --no-fund && npm run build
+
 clean: ## Remove the environment, caches and demo results
-	rm -rf $(VENV) demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) .venv-blender web/node_modules demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

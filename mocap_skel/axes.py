@@ -20,7 +20,7 @@ def turned(fit: SkeletonFit, up: str | None) -> SkeletonFit:
     """
     if up is None or up == fit.up:
         return fit
-    turn = np.roll(np.eye(3), AXES.index(up) - AXES.index(fit.up), axis=0)
+    turn = turn_between(fit.up, up)
     return replace(
         fit,
         up=up,
@@ -30,6 +30,11 @@ def turned(fit: SkeletonFit, up: str | None) -> SkeletonFit:
         },
         joints=tuple(replace(joint, track=joint.track @ turn.T) for joint in fit.joints),
     )
+
+
+def turn_between(before: str, after: str) -> Array:
+    """The rotation (3, 3) from axes with `before` up to those with `after` up."""
+    return np.roll(np.eye(3), AXES.index(after) - AXES.index(before), axis=0)
 
 
 def _turned(pose: Pose, turn: Array) -> Pose:

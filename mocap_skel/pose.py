@@ -142,6 +142,13 @@ def wahba(x: Array, template: Array, weights: Array) -> tuple[Array, Array]:
     return rotation, x_mean - np.einsum("ijf,jf->if", rotation, t_mean)
 
 
+def nearest_rotation(matrices: ArrayLike) -> Array:
+    """Rotations (frames, 3, 3) nearest to matrices (frames, 3, 3), by SVD: slow, and right for any matrix."""
+    u, _, vt = np.linalg.svd(np.asarray(matrices, dtype=np.float64))
+    u[..., 2] *= np.linalg.det(u @ vt)[..., None]
+    return np.asarray(u @ vt)
+
+
 def _foam(b: Array, bound: Array) -> Array:
     """Rotations (3, 3, F) that maximise tr(Rᵀ B) for B of shape (3, 3, F).
 

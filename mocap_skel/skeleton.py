@@ -12,12 +12,16 @@ from typing import Any
 
 from mocap_skel.errors import SkeletonError
 from mocap_skel.prior_tables import Prior, read_landmarks, read_priors, read_sizes
+from mocap_skel.rest_keys import REST_KEYS, Vector, read_rest
 from mocap_skel.text import listed, nearest, read_text
 from mocap_skel.toml_checks import is_a, known_keys, names, number
 from mocap_skel.toml_places import Places
 
 SHIPPED = Path(__file__).parent / "skeletons"
 STANDARD = "human"
+SEGMENT_KEYS = {
+    "name", "parent", "joint", "markers", "ends", "prior", "looseness", *REST_KEYS,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,11 @@ class Segment:
         ends: the markers whose mean is its end point when it is a leaf; empty means all.
         priors: what is known about the joint, the best first; the first whose landmarks are there counts.
         looseness: how far the joint is from a ball joint, whose bones roll and glide: 1 for a hip.
+        rest: direction of its bone, from its joint to the next one or its end, in the T-pose. All directions
+            of the T-pose are along the character's axes: x to its left, y up, z forward.
+        rest_joint: where in the T-pose its joint lies in a parent with several joints, from the parent's joint;
+            in any unit, for only the shape counts.
+        rest_axis: the axis that the joint bends about, where it is a hinge, in the T-pose.
     """
 
     name: str
@@ -41,6 +50,9 @@ class Segment:
     ends: tuple[str, ...] = ()
     priors: tuple[Prior, ...] = ()
     looseness: float = 1.0
+    rest: Vector | None = None
+    rest_joint: Vector | None = None
+    rest_axis: Vector | None = None
 
 
 @dataclass(frozen=True)
@@ -141,9 +153,7 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
     name = is_a(entry["name"], str, places.of(i, "name"), "name: a text")
     if not name:
         raise SkeletonError(f"{places.of(i, 'name')}: a segment without a name")
-    known_keys(
-        entry, {"name", "parent", "joint", "markers", "ends", "prior", "looseness"}, places, i
-    )
+    known_keys(entry, SEGMENT_KEYS, places, i)
     parent, joint = entry.get("parent"), entry.get("joint")
     if (parent is None) != (joint is None):
         raise SkeletonError(
@@ -167,7 +177,8 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
         entry.get("looseness", 1.0), places.of(i, "looseness"), "looseness is a number above 0",
         positive=True,
     )  # fmt: skip
-    return Segment(name, parent, joint, markers, ends, priors, looseness)
+    rest = read_rest(entry, places, i, root=parent is None)
+    return Segment(name, parent, joint, markers, ends, priors, looseness, *rest)
 
 
 def _check_tree(segments: list[Segment], places: Places) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mocap_skel.fit import SkeletonFit
 from mocap_skel.joint import JointFit
@@ -18,6 +20,34 @@ def track_columns(fit: SkeletonFit) -> tuple[list[str], Array]:
     """Column names and values (frames, columns) of skeleton.csv behind frame and time; NaN = missing."""
     names, tracks = zip(*fit.tracks(), strict=True)
     return [f"{name}_{axis}" for name in names for axis in "xyz"], np.hstack(tracks)
+
+
+def track_kinds(fit: SkeletonFit) -> Iterator[tuple[str, str, Array]]:
+    """`fit.tracks()` with what each is: joint, origin (of the root), end (of a leaf)."""
+    for place, (name, track) in enumerate(fit.tracks()):
+        own = "origin" if name == fit.skeleton.root.name else "end"
+        yield name, "joint" if place < len(fit.joints) else own, track
+
+
+def point_columns(fit: SkeletonFit) -> dict[str, NDArray[Any]]:
+    """The moving skeleton in long form, one row a frame and point, frame by frame.
+
+    Columns: clip, subject, frame, time (s), point, kind (as `track_kinds`), x, y, z (m, NaN = missing).
+    """
+    names, kinds, tracks = zip(*track_kinds(fit), strict=True)
+    frames, points = len(fit.frame_numbers), len(names)
+    x, y, z = np.stack(tracks, axis=1).reshape(-1, 3).T
+    return {
+        "clip": np.full(frames * points, fit.clip, dtype=object),
+        "subject": np.full(frames * points, fit.subject, dtype=object),
+        "frame": np.repeat(fit.frame_numbers, points),
+        "time": np.repeat(fit.time, points),
+        "point": np.tile(np.array(names, dtype=object), frames),
+        "kind": np.tile(np.array(kinds, dtype=object), frames),
+        "x": x,
+        "y": y,
+        "z": z,
+    }
 
 
 JOINT_COLUMNS = (
@@ -54,6 +84,13 @@ def tracks_table(fit: SkeletonFit) -> pandas.DataFrame:
     table.insert(0, "time", fit.time)
     table.index = pandas.Index(fit.frame_numbers, name="frame")
     return table
+
+
+def points_table(fit: SkeletonFit) -> pandas.DataFrame:
+    """The moving skeleton as a DataFrame in long form: the columns of `point_columns`."""
+    import pandas
+
+    return pandas.DataFrame(point_columns(fit))
 
 
 def joints_table(fit: SkeletonFit) -> pandas.DataFrame:

@@ -244,6 +244,16 @@ def test_an_association_file_names_its_skeleton_beside_itself(write):
         ("sd = 0.02", "sd = -1", "sd is a length"),
         ('joint = "Knee"', 'joint = "Thigh"', "names a segment and a joint"),
         ('markers = ["S1"', 'marker = ["S1"', "unknown key 'marker'"),
+        ('joint = "Knee"', 'joint = "Knee"\nrest = [0, 1]', "rest: three numbers are needed"),
+        ('joint = "Knee"', 'joint = "Knee"\nrest = [0, true, 1]', "three numbers are needed"),
+        ('joint = "Knee"', 'joint = "Knee"\nrest_joint = [0, nan, 1]', "not [0, nan, 1]"),
+        ('joint = "Knee"', 'joint = "Knee"\nrest = "up"', "not 'up'"),
+        (
+            'joint = "Knee"',
+            'joint = "Knee"\nrest_axis = [0, 0, 0]',
+            "rest_axis: a direction is needed",
+        ),
+        ('name = "Thigh"', 'name = "Thigh"\nrest_axis = [1, 0, 0]', "the root has none"),
         ("[[segment]]", "[[segment", "leg.toml"),
     ],
 )

@@ -18,11 +18,12 @@ from hypothesis import strategies as st
 from mocap_skel import joints_table, read_association, read_clip, tracks_table
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
 from mocap_skel.axes import turned
-from mocap_skel.batch import Job, process
+from mocap_skel.batch import process
 from mocap_skel.errors import ExportError, MocapSkelError, OutputError
 from mocap_skel.export import WRITERS, Options
 from mocap_skel.export.files import check_free, safe_name, write_all
 from mocap_skel.export.tables_csv import joints_csv, skeleton_csv
+from mocap_skel.job import Job
 
 MICROMETRE = 1e-6
 # Values are rounded to the micrometre: half of one, and the rounding of that.

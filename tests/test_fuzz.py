@@ -19,9 +19,10 @@ from conftest import ASSOCIATIONS
 from mutations import KINDS, NAMES, mutation, whole
 
 from mocap_skel.association import read_association
-from mocap_skel.batch import Job, render
+from mocap_skel.batch import render
 from mocap_skel.errors import MocapSkelError
 from mocap_skel.isolation import GIGABYTE, TaskError, Worker
+from mocap_skel.job import Job
 from mocap_skel.readers import read_clip
 
 N = int(os.environ.get("MOCAP_SKEL_FUZZ", "200"))

@@ -18,9 +18,10 @@ from mutations import whole
 
 from mocap_skel import batch
 from mocap_skel.association import read_association
-from mocap_skel.batch import Isolated, Job, process
+from mocap_skel.batch import Isolated, process
 from mocap_skel.errors import ClipError
 from mocap_skel.isolation import GIGABYTE, TaskError, Worker
+from mocap_skel.job import Job
 
 
 @pytest.fixture

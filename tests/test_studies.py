@@ -20,11 +20,11 @@ from conftest import clip_of, fit_clip, fit_recording, known
 
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record, write_c3d
 from mocap_skel.artificial.spheres import cap
-from mocap_skel.batch import Job
 from mocap_skel.errors import CallError, FitError, MissingExtraError, OutputError
 from mocap_skel.export.files import write_all
 from mocap_skel.export.tables_csv import rows_csv
 from mocap_skel.extras import extra
+from mocap_skel.job import Job
 from mocap_skel.readers import read_clip
 from mocap_skel.report import figures, study_figures
 from mocap_skel.report.terminal import rows_table

@@ -15,6 +15,8 @@ from mocap_skel.errors import CallError, MocapSkelError
 # Command → the line that `mocap-skel --help` shows for it, so that help loads no command.
 COMMANDS = {
     "fit": "Fit a skeleton to clips: joint centres, moving skeleton, evidence.",
+    "draw": "Draw a fitted clip: the skeleton in a frame, joints and bones against time.",
+    "report": "Show a clip's skeleton moving, and the evidence for it, on one HTML page.",
     "inspect": "Show what is in a clip before anyone fits it.",
     "assoc": "Association files: guess one for a clip, check one, list and show the shipped ones.",
     "methods": "Compare the sphere fits: the thesis's Table 4, measured now.",
@@ -90,7 +92,7 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(code if isinstance(code, int) else 0)
 
 
-def say(text: str, *, nl: bool = True) -> None:
+def say(text: str | bytes, *, nl: bool = True) -> None:
     """Print to standard output; a reader that has seen enough is no error and stops no work."""
     try:
         click.echo(text, nl=nl)

@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from mocap_skel.errors import CallError
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 _LENGTH = re.compile(r"\s*([0-9.]+(?:e[+-]?\d+)?)\s*(mm|cm|dm|m)?\s*", re.IGNORECASE)
+_IN_A_METRE = {"mm": 1000.0, "cm": 100.0, "m": 1.0, "in": 1.0 / 0.0254}
 _METRES = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0}
 
 
@@ -51,6 +53,39 @@ class Lengths(Length):
         return metres if len(metres) == 3 else metres[0]
 
 
+class Scale(click.ParamType):  # type: ignore[type-arg]  # as Length
+    """A unit of length, or a factor to centimetres; as units in a metre."""
+
+    name = "scale"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        text = str(value).strip().lower()
+        if text in _IN_A_METRE:
+            return _IN_A_METRE[text]
+        try:
+            factor = float(text)
+        except ValueError:
+            factor = 0.0
+        # The file has six decimals.
+        if not 1e-3 <= factor <= 1e6:
+            self.fail(
+                f"{value!r}: a unit ({', '.join(_IN_A_METRE)}), or a factor to centimetres "
+                "from 0.001 up",
+                param,
+                ctx,
+            )
+        return 100.0 * factor
+
+
+class Capitals(click.Choice):  # type: ignore[type-arg]  # as Length
+    """A choice of words in capitals, that may be typed in small letters."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return super().convert(str(value).upper(), param, ctx)
+
+
 class Folder(click.Path):
     """A folder; a dash is none where there are several result files."""
 
@@ -58,6 +93,27 @@ class Folder(click.Path):
         if str(value) == "-":
             self.fail("there are several result files: give a folder, not -", param, ctx)
         return super().convert(value, param, ctx)
+
+
+class Named(click.ParamType):  # type: ignore[type-arg]  # as Length
+    """A file, or the bare name of a shipped one; the shell completes both."""
+
+    # click hands over its context, needed or not.
+    # ruff: noqa: ARG002
+
+    name = "text"
+
+    def __init__(self, folders: tuple[str, ...], suffix: str) -> None:
+        self._folders, self._suffix = folders, suffix
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        # Nothing of the library is loaded: this is called at every press of the key.
+        package = Path(__file__).parents[1]
+        names = {p.stem for f in self._folders for p in (package / f).glob(f"*{self._suffix}")}
+        found = [CompletionItem(name) for name in sorted(names) if name.startswith(incomplete)]
+        return [*found, CompletionItem(incomplete, type="file")]
 
 
 def missing_association() -> CallError:
@@ -91,11 +147,12 @@ clips = click.argument(
 clip = click.argument("clip", metavar="CLIP.c3d", type=click.Path(path_type=Path))
 association = click.option(
     "--assoc", "-a", "association", metavar="MAP",
+    type=Named(("association_files", "../association_files"), ".txt"),
     help="Association file: which label is which marker. A path, or a shipped one by name: cmu, "
     "plug_in_gait ... (mocap-skel assoc list).",
 )  # fmt: skip
 skeleton = click.option(
-    "--skeleton", metavar="NAME",
+    "--skeleton", metavar="NAME", type=Named(("skeletons",), ".toml"),
     help="Skeleton by name or file, in place of the association file's; it may be a part of it.",
 )  # fmt: skip
 subject = click.option(
@@ -127,12 +184,42 @@ output = click.option(
     "-o", "--output", default=".", metavar="DIR", show_default="current folder",
     help="Folder for the results; - sends one clip's first format to standard output.",
 )  # fmt: skip
+output_page = click.option(
+    "-o", "--output", default=".", metavar="DIR", show_default="current folder",
+    help="Folder for the pages; - sends one clip's page to standard output.",
+)  # fmt: skip
 folder = click.option(
     "-o", "--output", "folder", default=".", metavar="DIR", show_default="current folder",
     type=Folder(path_type=Path), help="Folder for the results.",
 )  # fmt: skip
 overwrite = click.option("--overwrite", is_flag=True, help="Replace result files that exist.")
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON lines, not a table.")
+_RIG = (
+    click.option(
+        "--rotation-order", type=Capitals(["ZXY", "ZYX", "XYZ", "XZY", "YXZ", "YZX"]), default="ZXY",
+        show_default=True, help="bvh: order of the rotation channels.",
+    ),
+    click.option(
+        "--scale", type=Scale(), default="cm", metavar="UNIT", show_default=True,
+        help="bvh: unit of length: cm, m, mm, in; or a factor to centimetres.",
+    ),
+    click.option(
+        "--names", type=click.Choice(["mocap", "mixamo", "cmu"]), default="mocap", show_default=True,
+        help="bvh: joints named as in the skeleton file, as Mixamo's (mixamorig:LeftUpLeg), or as in the "
+        "BVH files of the CMU database (LeftUpLeg).",
+    ),
+    click.option(
+        "--floor", is_flag=True,
+        help="bvh: move the figure up or down so that its lowest point over the clip is at zero.",
+    ),
+    click.option(
+        "--root-at-origin", is_flag=True,
+        help="bvh: root OFFSET 0 0 0, for readers that add it to the position (three.js); the rest pose "
+        "then has its root, not its feet, at zero.",
+    ),
+)  # fmt: skip
+
+
 unit = click.option(
     "--unit", metavar="UNIT", help="Length unit of the clip (mm, cm, m), whatever the file says."
 )
@@ -145,3 +232,20 @@ salvage = click.option(
     help="Read the frames that are left of a clip whose file is cut off or damaged.",
 )
 quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")
+
+
+def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
+    """Options as one decorator, in the order of the help."""
+
+    def decorate(command: F) -> F:
+        for option in reversed(several):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+rig = _together(*_RIG)
+which = _together(association, skeleton, subject)
+estimation = _together(sigma, pose, method, noise)
+reading = _together(unit, rate, salvage)

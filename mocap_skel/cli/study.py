@@ -7,11 +7,12 @@ import shlex
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import click
 
 from mocap_skel.cli import options, say
+from mocap_skel.cli.jobs import Told, job_of
 
 if TYPE_CHECKING:
     from mocap_skel.studies.run import Findings, Where
@@ -37,9 +38,7 @@ workers = click.option(
     epilog="Example: mocap-skel study resample walk.c3d --assoc cmu -o study",
 )
 @options.clip
-@options.association
-@options.skeleton
-@options.subject
+@options.which
 @click.option(
     "--passes", type=click.IntRange(1), default=4, show_default=True, help="Passes over all levels."
 )
@@ -48,13 +47,8 @@ workers = click.option(
     help="Refits in a pass: without 0, 1, 2 ... percent of the frames.",
 )  # fmt: skip
 @options.seed
-@options.sigma
-@options.pose
-@options.method
-@options.noise
-@options.unit
-@options.rate
-@options.salvage
+@options.estimation
+@options.reading
 @workers
 @figures
 @options.folder
@@ -63,25 +57,16 @@ workers = click.option(
 @options.quiet
 def resample(
     clip: Path,
-    association: str | None,
-    skeleton: str | None,
-    subject: str | None,
     passes: int,
     levels: int,
     seed: int,
-    sigma: float | tuple[float, ...] | None,
-    pose: str,
-    method: str,
-    noise: str,
-    unit: str | None,
-    rate: float | None,
-    salvage: bool,
     workers: int | None,
     figures: bool,
     folder: Path,
     overwrite: bool,
     as_json: bool,
     quiet: bool,
+    **told: Unpack[Told],
 ) -> int:
     """Refit CLIP's whole figure with frames left out at random, and see how the joints scatter (6.1).
 
@@ -90,17 +75,11 @@ def resample(
     answers are found and measured about each answer's own mean. A pass is kept when it is done, in a
     hidden folder beside the results: after an interruption, the same call goes on from there.
     """
-    from mocap_skel.association import read_association
-    from mocap_skel.batch import Job
     from mocap_skel.studies import run
 
-    if association is None:
+    if told["association"] is None:
         raise options.missing_association()
-    options.check_estimation(method, noise, sigma)
-    job = Job(
-        association=read_association(association, skeleton), subject=subject, sigma=sigma, pose=pose,
-        method=method, noise=noise, unit=unit, rate=rate, salvage=salvage,
-    )  # fmt: skip
+    job = job_of(told)
     where = _where(folder, overwrite, figures, quiet, "tens of refits", workers)
     found = run.resample(clip, job, run.Resampling(passes, levels, seed), where)
     tables = {

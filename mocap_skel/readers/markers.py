@@ -19,6 +19,8 @@ _POINT_LISTS = ("LABELS", "DESCRIPTIONS")
 _MODEL_NAME = re.compile(
     r"(Angles|(Ankle|Knee|Hip|Pelvis|Progression)Angle|Forces?|Moments?|Powers?|GRF)\d*$"
 )
+SKELETON_LIST, AXES_LIST = "JOINT_CENTRES", "SEGMENT_AXES"
+"""Lists in the POINT group with the points that `export.c3d_copy` added."""
 _BONE_ENDS = "OALP"
 _UNLABELLED = re.compile(r"\*\d+$")
 # Fewer points without a name show no figure.
@@ -45,10 +47,11 @@ def markers(
 ) -> tuple[NDArray[np.int64], dict[str, tuple[str, ...]]]:
     """Which points are markers, and the names of the others by the reason why not.
 
-    Left out are `*12`, points in a list of model outputs or with the name of one, and the bones of
-    Plug-in Gait. Where nothing has a name, three `*12` and more are markers.
+    Left out are `*12`, points in a list of model outputs or with the name of one, the bones of
+    Plug-in Gait, and what an earlier fit has written into the file. Where nothing has a name, three `*12` and more are markers.
     """
     modelled = _modelled(raw.parameters["POINT"])
+    earlier = {t for key in (SKELETON_LIST, AXES_LIST) for t in texts(raw.parameters["POINT"], key)}
     bones = _bones(names, subjects, raw.points)
     keep: list[int] = []
     out: dict[str, list[str]] = defaultdict(list)
@@ -56,6 +59,8 @@ def markers(
         by_list = name in modelled or f"{subject}:{name}" in modelled
         if _UNLABELLED.match(name):
             out["unlabelled"].append(name)
+        elif (f"{subject}:{name}" if subject else name) in earlier:
+            out["joint centres of an earlier fit"].append(name)
         elif by_list or i in bones or _MODEL_NAME.search(name):
             out["model output"].append(name)
         else:

@@ -1,9 +1,10 @@
-"""Figures as PNG: what every one of them shares. Needs matplotlib, the extra `plot`."""
+"""What every figure shares: colours, size, caption, file formats. Needs matplotlib, the extra `plot`."""
 
 from __future__ import annotations
 
 import io
 import textwrap
+import warnings
 from typing import Any
 
 from mocap_skel.extras import extra
@@ -14,6 +15,12 @@ COLOURS = (
     "#882255", "#44AA99", "#AA4499", "#332288", "#117733", "#661100",
 )  # fmt: skip
 MARKS = ("o", "s", "^", "v", "D", "P", "X")
+# What a file may be, by its suffix.
+KINDS = ("png", "svg", "pdf")
+# Types that journals take in a PDF; SVG ids that do not change from run to run.
+_SETTINGS = {"pdf.fonttype": 42, "svg.hashsalt": "mocap-skel"}
+# A file holds when it was made, unless told not to: the same call gives the same bytes.
+_METADATA = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
 def figure(width: float = 9.0, height: float = 6.0) -> Any:
@@ -27,13 +34,27 @@ def figure(width: float = 9.0, height: float = 6.0) -> Any:
 
 def png(drawn: Any, caption: str) -> bytes:
     """A figure as PNG with a caption under it: what was measured, the seed, the command."""
+    return picture(drawn, caption, "png", 120)
+
+
+def picture(drawn: Any, caption: str, kind: str, dpi: int = 200) -> bytes:
+    """A figure as a file of one of `KINDS`, with a caption under it; dpi is of PNG."""
     width = int(13 * drawn.get_size_inches()[0])
     drawn.supxlabel(
-        "\n".join(textwrap.wrap(caption, width)), fontsize=8, color="0.3", ha="left", x=0.01
+        "\n".join(textwrap.wrap(plain(caption), width)), fontsize=8, color="0.3", ha="left", x=0.01
     )
     out = io.BytesIO()
-    drawn.savefig(out, format="png", dpi=120, metadata={"Software": None})
+    context = extra("matplotlib", "plot").rc_context(_SETTINGS)
+    with context, warnings.catch_warnings():
+        # A name in a script that the font does not have is drawn as boxes; there is nothing to do about it.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        drawn.savefig(out, format=kind, dpi=dpi, metadata=_METADATA[kind])
     return out.getvalue()
+
+
+def plain(text: str) -> str:
+    """A text from a file, in which dollars are dollars and no formula."""
+    return text.replace("$", r"\$")
 
 
 def check_figures() -> None:

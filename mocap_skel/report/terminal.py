@@ -39,7 +39,7 @@ def _short(value: object) -> str:
     return "-" if value is None else str(value)
 
 
-_JOINT_HEAD = (
+JOINT_HEAD = (
     "joint", "known", "method", "markers", "samples", "radius cm", "residual mm", "sigma mm",
     "weakest cm", "theta", "s.e. mm", "why",
 )  # fmt: skip
@@ -55,11 +55,12 @@ def joint_table(fit: SkeletonFit, clip: str) -> str:
         f"{sum(verdicts.values())} of {len(fit.joints)} joints fitted; known: {counts}; "
         f"marker noise {1e3 * fit.sigma:.2f} mm"
     )
-    rows = [_joint_cells(joint) for joint in fit.joints]
-    return f"{head}\n{table(_JOINT_HEAD, rows, frozenset({0, 1, 2, 11}))}"
+    rows = [joint_cells(joint) for joint in fit.joints]
+    return f"{head}\n{table(JOINT_HEAD, rows, frozenset({0, 1, 2, 11}))}"
 
 
-def _joint_cells(joint: JointFit) -> tuple[str, ...]:
+def joint_cells(joint: JointFit) -> tuple[str, ...]:
+    """A joint's evidence as people read it, one cell a column of `JOINT_HEAD`."""
     if not joint.fitted:
         return (joint.joint, "-", "-", *["-"] * 8, joint.reason)
     return (

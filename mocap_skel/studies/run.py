@@ -16,13 +16,13 @@ import numpy as np
 
 from mocap_skel import __version__
 from mocap_skel.association import Assignment, associate
-from mocap_skel.batch import Job
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, OutputError
 from mocap_skel.export.files import check_folder, check_free, safe_name, write_all
 from mocap_skel.export.tables_csv import rows_csv
 from mocap_skel.extras import extra
 from mocap_skel.fit import SkeletonFit
+from mocap_skel.job import Job
 from mocap_skel.readers import read_clip
 from mocap_skel.studies import accuracy, speed, tables
 from mocap_skel.studies.parallel import in_parallel

@@ -1,0 +1,113 @@
+"""The clips of a call one by one: fitted, written, shown; and the exit code that comes of all."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, say
+from mocap_skel.errors import CallError, MocapSkelError
+
+if TYPE_CHECKING:
+    from mocap_skel.batch import Done
+    from mocap_skel.job import Job
+
+
+def run(clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool) -> int:
+    """Do the job for every clip and print what came of it; one that fails does not stop the others.
+
+    Returns:
+        The exit code. Without `job.folder` the one clip's result goes to standard output.
+    """
+    from mocap_skel.batch import Isolated, process
+
+    debug = bool(click.get_current_context().find_root().obj)
+    failures: list[MocapSkelError] = []
+    written: set[Path] = set()
+    # One clip may as well fail on its own.
+    with Isolated(clips, job) if len(clips) > 1 else nullcontext() as isolated:
+        for clip in _progress(clips):
+            try:
+                done = isolated.process(clip, written) if isolated else process(clip, job, written)
+            except MocapSkelError as error:
+                failures.append(error)
+                complain(error)
+                continue
+            except Exception as error:  # one clip's trouble must not take the others with it
+                failures.append(bug(error, debug))
+                complain(failures[-1])
+                continue
+            failures += done.failed
+            for failure in done.failed:
+                complain(failure)
+            if not quiet:
+                for note in done.notes:
+                    click.echo(f"mocap-skel: {clip}: {note}", err=True)
+            if job.folder is None:
+                _send(clip, done)
+                return FAILED if failures else 0
+            written |= set(done.files)
+            if as_json:
+                _print_json(clip, done)
+            else:
+                _print_tables(clip, done)
+    if not failures:
+        return 0
+    if written:
+        if len(clips) > 1:
+            click.echo(f"mocap-skel: {len(failures)} of {len(clips)} clips failed", err=True)
+        return FAILED
+    return USAGE if all(isinstance(e, CallError) for e in failures) else NOTHING_FITTED
+
+
+def check_names(clips: tuple[Path, ...]) -> None:
+    """Two clips of one name would write the same files: better said before any work."""
+    seen: dict[str, Path] = {}
+    for clip in clips:
+        if clip.stem in seen:
+            raise CallError(
+                f"{seen[clip.stem]} and {clip} would write the same files",
+                "fit them in two calls with different -o",
+            )
+        seen[clip.stem] = clip
+
+
+def _progress(clips: tuple[Path, ...]) -> Iterable[Path]:
+    if len(clips) < 2 or not sys.stderr.isatty():
+        return clips
+    from tqdm import tqdm
+
+    return tqdm(clips, unit="clip", file=sys.stderr)
+
+
+def _send(path: Path, done: Done) -> None:
+    if len(done.fits) > 1:
+        names = ", ".join(fit.subject for fit in done.fits)
+        raise CallError(f"{path}: -o - takes one subject", f"choose with --subject: {names}")
+    content = next(iter(done.files.values()))
+    if isinstance(content, bytes) and sys.stdout.isatty():
+        raise CallError(f"{path}: this format is not for a terminal", "redirect it: -o - > file")
+    say(content, nl=False)
+
+
+def _print_json(path: Path, done: Done) -> None:
+    from mocap_skel.tables import joint_row
+
+    for fit in done.fits:
+        for joint in fit.joints:
+            row = {"clip": str(path), "subject": fit.subject, **joint_row(joint)}
+            say(json.dumps(row, allow_nan=False))
+
+
+def _print_tables(path: Path, done: Done) -> None:
+    from mocap_skel.report.terminal import joint_table
+
+    for fit in done.fits:
+        say(joint_table(fit, str(path)))
+    say(f"wrote {', '.join(str(file) for file in done.files)}")

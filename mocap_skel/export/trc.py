@@ -1,0 +1,85 @@
+"""TRC, the marker file that OpenSim reads: the skeleton's points as if they were markers.
+
+Format: OpenSim documentation, Marker (.trc) Files; the reader is OpenSim's TRCFileAdapter.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from mocap_skel.axes import AXES, turn_between
+from mocap_skel.clip import Clip
+from mocap_skel.fit import SkeletonFit
+from mocap_skel.pose import Array
+from mocap_skel.text import listed
+
+
+def trc(
+    fit: SkeletonFit, name: str, up: str = "y", markers: Clip | None = None
+) -> tuple[str, tuple[str, ...]]:
+    """The tracks of skeleton.csv as TRC text: metres, the clip's own frame numbers, missing = empty.
+
+    Args:
+        fit: in the clip's own axes.
+        name: of the file, which its first line repeats.
+        up: the axis that is to point up; OpenSim's models have it in y.
+        markers: also the subject's markers, from this clip.
+
+    Returns:
+        The text, and notes on axes and names.
+    """
+    tracks = {_one_word(title): track for title, track in fit.tracks()}
+    changed = []
+    if markers is not None:
+        for column, (label, subject) in enumerate(
+            zip(markers.labels, markers.subjects, strict=True)
+        ):
+            if subject != fit.subject:
+                continue
+            title = stem = _one_word(label)
+            number = 2
+            while title in tracks:
+                title = f"{stem}_{number}"
+                number += 1
+            if title != stem:
+                changed.append(title)
+            tracks[title] = markers.points[:, column]
+    turn = turn_between(fit.up, up)
+    values = np.hstack([track @ turn.T for track in tracks.values()])
+    axes = ", ".join(AXES[int(row.argmax())] for row in turn)
+    notes = [f"TRC: {up} up, its x, y, z are the clip's {axes}"] if up != fit.up else []
+    if changed:
+        notes.append(f"TRC: markers whose name a joint has get a number: {listed(changed)}")
+    return _text(fit, name, list(tracks), values), tuple(notes)
+
+
+def _one_word(name: str) -> str:
+    """A name as a column's: tabs and blanks part the columns for some readers."""
+    return re.sub(r"\s+", "_", name.strip())
+
+
+def _text(fit: SkeletonFit, name: str, titles: list[str], values: Array) -> str:
+    frames, count = len(values), len(titles)
+    first, rate = int(fit.frame_numbers[0]), f"{fit.rate:.10g}"
+    head = {
+        "DataRate": rate, "CameraRate": rate, "NumFrames": frames, "NumMarkers": count,
+        "Units": "m", "OrigDataRate": rate, "OrigDataStartFrame": first, "OrigNumFrames": frames,
+    }  # fmt: skip
+    axes = (f"{axis}{at}" for at in range(1, count + 1) for axis in "XYZ")
+    lines = [
+        ["PathFileType", "4", "(X/Y/Z)", _one_word(name)],
+        head,
+        map(str, head.values()),
+        ["Frame#", "Time", *(cell for title in titles for cell in (title, "", ""))],
+        ["", "", *axes],
+        [],
+    ]
+    # As in skeleton.csv: one format for the whole table, and no "-0.000000".
+    row = "%d\t%.6f" + "\t%.6f" * values.shape[1] + "\n"
+    cells = np.column_stack([fit.frame_numbers, fit.time, np.round(values, 6) + 0.0])
+    body: str = (row * frames) % tuple(cells.ravel().tolist())
+    # OpenSim does not count the last cell of a row that is empty.
+    body = body.replace("nan", "").replace("\t\n", "\t\t\n")
+    return "".join("\t".join(line) + "\n" for line in lines) + body

@@ -1,0 +1,230 @@
+"""A fit and its markers as a browser plays them: names and colours as JSON, movement as packed numbers."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.association import Assignment
+from mocap_skel.axes import AXES
+from mocap_skel.clip import Clip
+from mocap_skel.export.gaps import runs
+from mocap_skel.fit import SkeletonFit
+from mocap_skel.joint import VERDICTS, JointFit
+from mocap_skel.pose import Array
+from mocap_skel.report.ellipsoid import ellipsoid
+
+# Metres: a tenth of a millimetre is below the noise of any marker. Where a track is longer than 16 bits
+# of such steps (6.5 m), the step of the whole page doubles until it fits.
+STEP = 1e-4
+MOST_STEPS = 32767
+MISSING = -32768
+# Axes of a pose are unit vectors: steps of 0.002 degrees.
+UNIT = 1.0 / MOST_STEPS
+# A page of so many samples of points takes about 4 MB; longer clips show every second frame, and so on.
+MOST_SAMPLES = 600_000
+# Metres: an ellipsoid that is drawn larger would hide the figure. It is then marked as cut.
+LARGEST = 0.10
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What the viewer gets.
+
+    Attributes:
+        about: names, links and constants, ready for JSON.
+        packed: the movement, see `pack`.
+        step: metres of one step of a position.
+        every: one of so many frames is in it.
+    """
+
+    about: dict[str, Any]
+    packed: bytes
+    step: float
+    every: int
+
+
+def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
+    """The moving figure, its markers, and the ellipsoids of its joint centres.
+
+    Args:
+        clip: the recording.
+        assignment: which of its markers are whose.
+        fit: what came of them, in the clip's own axes.
+    """
+    tracks = dict(fit.tracks())
+    markers = _markers(clip, assignment, fit)
+    points = [*tracks.values(), *(clip.points[:, m["column"]] for m in markers)]
+    parents = [name for name in fit.segments if any(j.parent == name for j in fit.joints)]
+    every = max(1, -(-clip.frames * len(points) // MOST_SAMPLES))
+    positions = np.stack(points, axis=1)[::every]
+    middle = _middle(positions)
+    step = step_of(positions - middle)
+    shown = [fit.segments[name].pose.rotation[::every, :, :2] for name in parents]
+    axes = np.stack(shown, axis=1) if shown else np.empty((len(positions), 0, 3, 2))
+    rows = np.concatenate(
+        [
+            steps_of(positions - middle, step).reshape(len(positions), -1),
+            # x and y axis of each segment, one after the other; z is their cross product.
+            steps_of(axes, UNIT).swapaxes(2, 3).reshape(len(positions), -1),
+        ],
+        axis=1,
+    ).T
+    names = list(tracks)
+    about = {
+        "frames": len(positions),
+        "firstFrame": int(clip.first_frame),
+        "every": every,
+        "rate": float(clip.rate),
+        "up": AXES.index(fit.up),
+        "floor": _floor(positions[..., AXES.index(fit.up)]),
+        "front": _front(tracks, fit),
+        "step": step,
+        "middle": np.round(middle, 6).tolist(),
+        "points": len(points),
+        "segments": parents,
+        "joints": [_joint(joint, names, parents) for joint in fit.joints],
+        "bones": _bones(fit, names),
+        "root": names.index(fit.skeleton.root.name),
+        "markers": [{**marker, "point": len(names) + i} for i, marker in enumerate(markers)],
+        "largest": LARGEST,
+    }
+    return Scene(about, pack(rows), step, every)
+
+
+def step_of(away: Array) -> float:
+    """The smallest step, 0.1 mm or more, that takes all of these lengths in 16 bits."""
+    longest = np.abs(np.where(np.isfinite(away), away, 0.0)).max(initial=0.0)
+    step = STEP
+    while longest > step * MOST_STEPS:
+        step *= 2.0
+    return step
+
+
+def steps_of(values: Array, step: float) -> NDArray[np.int16]:
+    """Values in whole steps, `MISSING` where there is none."""
+    known = np.isfinite(values)
+    return np.where(known, np.rint(np.where(known, values, 0.0) / step), MISSING).astype(np.int16)
+
+
+def pack(rows: NDArray[np.int16]) -> bytes:
+    """Rows (row, frames) of 16 bits, small for a smooth movement.
+
+    Each row as its differences from frame to frame (modulo 2**16), all low bytes before all high ones,
+    compressed by zlib.
+    """
+    whole = rows.astype(np.uint16)
+    steps = np.diff(whole, axis=1, prepend=np.uint16(0))
+    halves = np.stack([steps & 0xFF, steps >> 8]).astype(np.uint8)
+    return zlib.compress(halves.tobytes(), 9)
+
+
+def unpack(packed: bytes, frames: int) -> NDArray[np.int16]:
+    """The inverse of `pack`, as the viewer does it."""
+    low, high = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(2, -1, frames)
+    steps = low.astype(np.uint16) | (high.astype(np.uint16) << 8)
+    return np.cumsum(steps, axis=1, dtype=np.uint16).astype(np.int16)
+
+
+def _markers(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> list[dict[str, Any]]:
+    """The subject's markers that are ever seen, assigned ones first."""
+    place = {
+        column: (marker, segment)
+        for segment, columns in assignment.columns.items()
+        for marker, column in columns.items()
+    }
+    others = [
+        column
+        for column, subject in enumerate(clip.subjects)
+        if column not in place and subject == assignment.subject
+    ]
+    left = {(one.segment, one.marker): one.frames for one in fit.left_out}
+    found = []
+    for column in [*place, *others]:
+        if not np.isfinite(clip.points[:, column, 0]).any():
+            continue
+        marker, segment = place.get(column, ("", ""))
+        frames = left.get((segment, marker))
+        away = [] if frames is None else runs(np.isin(clip.frame_numbers, frames))
+        found.append(
+            {
+                "column": column,
+                "label": clip.labels[column],
+                "marker": marker,
+                "segment": segment,
+                "leftOut": [[clip.first_frame + a, clip.first_frame + b] for a, b in away],
+            }
+        )
+    return found
+
+
+def _middle(positions: Array) -> Array:
+    """(points, 3): the middle between the ends of each track's way along each axis."""
+    known = np.isfinite(positions)
+    low = np.where(known, positions, np.inf).min(axis=0)
+    high = np.where(known, positions, -np.inf).max(axis=0)
+    return np.where(np.isfinite(low), 0.5 * (np.where(np.isfinite(low), low, 0.0) + high), 0.0)
+
+
+def _floor(heights: Array) -> float:
+    """The height of the floor: 0 where that is about as low as the figure comes, else that."""
+    known = heights[np.isfinite(heights)]
+    lowest = float(np.quantile(known, 0.001)) if known.size else 0.0
+    return 0.0 if -0.05 < lowest < 0.15 else round(lowest, 3)
+
+
+def _front(tracks: Mapping[str, Array], fit: SkeletonFit) -> list[float]:
+    """The horizontal direction (3,) that the figure faces when it is first seen, by left and right."""
+    up = np.eye(3)[AXES.index(fit.up)]
+    sides = [
+        track - tracks["Left" + name.removeprefix("Right")]
+        for name, track in tracks.items()
+        if name.startswith("Right") and "Left" + name.removeprefix("Right") in tracks
+    ]
+    across = np.concatenate([side[np.isfinite(side[:, 0])][:1] for side in sides] or [up[None]])
+    front = np.cross(up, across.sum(axis=0))
+    size = float(np.linalg.norm(front))
+    if size < 1e-6:
+        front, size = np.roll(up, 1), 1.0
+    return [float(v) for v in np.round(front / size, 4)]
+
+
+def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, Any]:
+    """One joint, with the ellipsoid of its centre along the axes of its parent's frame."""
+    about: dict[str, Any] = {
+        "name": joint.joint,
+        "point": names.index(joint.joint),
+        "trust": joint.determined if joint.fitted else "none",
+        "why": joint.reason,
+        "spokes": list(joint.markers),
+        "child": joint.child,
+    }
+    found = ellipsoid(joint)
+    if found is not None and joint.parent in parents:
+        axes, radii = found
+        about["ellipsoid"] = {
+            "segment": parents.index(joint.parent),
+            "axes": np.round(axes.T, 6).tolist(),
+            "radii": np.round(radii, 6).tolist(),
+        }
+    return about
+
+
+def _bones(fit: SkeletonFit, names: list[str]) -> list[dict[str, Any]]:
+    """Lines from each segment's own joint to the joints and the end that hang on it."""
+    trust = {j.joint: j.determined if j.fitted else "no" for j in fit.joints}
+    bones = []
+    for segment in fit.skeleton.segments:
+        start = segment.joint or segment.name
+        ends = [s.joint for s in fit.skeleton.segments if s.parent == segment.name and s.joint]
+        if not ends and segment.name in names and segment.joint:
+            ends = [segment.name]
+        for end in ends:
+            worst = min(trust.get(start, "yes"), trust.get(end, "yes"), key=VERDICTS.index)
+            bones.append({"from": names.index(start), "to": names.index(end), "trust": worst})
+    return bones

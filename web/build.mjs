@@ -1,0 +1,19 @@
+// Bundles the viewer and three.js into the one script that every page holds.
+import { readFile } from 'node:fs/promises';
+import { build } from 'esbuild';
+
+const licence = await readFile('node_modules/three/LICENSE', 'utf8');
+const { version } = JSON.parse(await readFile('node_modules/three/package.json', 'utf8'));
+
+await build({
+  entryPoints: ['src/main.js'],
+  bundle: true,
+  minify: true,
+  format: 'iife',
+  target: 'es2020',
+  // A page may be opened in whatever encoding; escapes hold in all of them.
+  charset: 'ascii',
+  legalComments: 'none',
+  banner: { js: `/*! three.js ${version}, bundled here in parts.\n${licence.trim()}\n*/` },
+  outfile: '../mocap_skel/report/page/viewer.bundle.js',
+});

@@ -1,0 +1,173 @@
+// Camera, light, floor, and the words beside the joints.
+import {
+  Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { extent } from './extent.js';
+import { Figure } from './figure.js';
+
+const COLOURS = ['view', 'grid', 'marker', 'other', 'pick', 'left-out'];
+
+export class Stage {
+  /** Throws where the browser has no WebGL. */
+  constructor(data, view) {
+    this.data = data;
+    this.view = view;
+    this.extent = extent(data);
+    this.figure = new Figure(data, this.extent.reach);
+    this.renderer = new WebGLRenderer({ antialias: true });
+    view.prepend(this.renderer.domElement);
+    this.camera = new PerspectiveCamera(40, 1, 0.02, 200);
+    this.up = new Vector3().setComponent(data.about.up, 1);
+    this.camera.up.copy(this.up);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.addEventListener('change', () => { this.stale = true; });
+    this.scene = new Scene();
+    this.sun = new DirectionalLight(0xffffff, 1.6);
+    this.scene.add(new HemisphereLight(0xffffff, 0x8890a0, 1.6), this.sun, this.figure.group);
+    this.follow = false;
+    this.followed = null;
+    this.stale = true;
+    this.named = false;
+    const names = document.getElementById('names');
+    this.words = data.about.joints.map((joint) => {
+      const word = document.createElement('span');
+      word.textContent = joint.name;
+      names.append(word);
+      return word;
+    });
+    this.frame = 0;
+    this.paint();
+    const dark = matchMedia('(prefers-color-scheme: dark)');
+    dark.addEventListener('change', () => this.paint());
+    new ResizeObserver(() => this.#resize()).observe(view);
+    this.#resize();
+    this.look('start');
+  }
+
+  paint() {
+    const style = getComputedStyle(document.documentElement);
+    const read = (name) => style.getPropertyValue(`--${name}`).trim();
+    const colours = Object.fromEntries(COLOURS.map((name) => [name, read(name)]));
+    for (const trust of ['yes', 'weak', 'no']) colours[trust] = read(`${trust}-ball`);
+    this.scene.background = new Color(colours.view);
+    if (this.grid) {
+      this.scene.remove(this.grid);
+      this.grid.dispose();
+    }
+    const { low, high } = this.extent;
+    const middle = low.clone().add(high).multiplyScalar(0.5);
+    const way = high.clone().sub(low).projectOnPlane(this.up).length();
+    const half = Math.ceil(Math.max(1.5, way / 2 + 0.75));
+    this.grid = new GridHelper(2 * half, 4 * half, colours.grid, colours.grid);
+    // The grid lies square to y.
+    this.grid.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), this.up);
+    this.grid.position.copy(middle).projectOnPlane(this.up).addScaledVector(this.up, this.data.about.floor);
+    this.scene.add(this.grid);
+    this.figure.paint(colours);
+    this.stale = true;
+  }
+
+  #resize() {
+    const { clientWidth: width, clientHeight: height } = this.view;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.stale = true;
+  }
+
+  /** Puts the camera in front of, beside or above the figure of this frame, or where it was at the start. */
+  look(from) {
+    const front = new Vector3(...this.data.about.front);
+    const side = new Vector3().crossVectors(this.up, front);
+    const away = {
+      front: front.clone().addScaledVector(this.up, 0.05),
+      side: side.clone().addScaledVector(this.up, 0.05),
+      top: this.up.clone().addScaledVector(front, 0.001),
+      start: front.clone().addScaledVector(side, 0.65).addScaledVector(this.up, 0.3),
+    }[from].normalize();
+    const narrow = Math.min(1, 1.25 * this.camera.aspect);
+    const distance = (1.08 * this.extent.reach) / Math.sin((this.camera.fov * Math.PI) / 360) / narrow;
+    const target = this.#middle();
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(away, distance);
+    this.followed = null;
+    this.controls.update();
+    this.stale = true;
+  }
+
+  /** The middle of what is seen of the figure in this frame, or of its whole way. */
+  #middle() {
+    const low = new Vector3(Infinity, Infinity, Infinity);
+    const high = low.clone().negate();
+    const at = new Vector3();
+    for (const { from, to } of this.data.about.bones) {
+      for (const end of [from, to]) {
+        if (!this.data.point(end, this.frame, at)) continue;
+        low.min(at);
+        high.max(at);
+      }
+    }
+    return low.x > high.x ? this.extent.low.clone().lerp(this.extent.high, 0.5) : low.lerp(high, 0.5);
+  }
+
+  /** Draws a frame. */
+  draw(frame) {
+    this.frame = frame;
+    this.#keepUp(frame);
+    this.figure.pose(frame);
+    this.sun.position.copy(this.camera.position).addScaledVector(this.up, 2);
+    this.renderer.render(this.scene, this.camera);
+    this.#name();
+    this.stale = false;
+  }
+
+  #keepUp(frame) {
+    const at = new Vector3();
+    if (!this.follow || !this.data.point(this.data.about.root, frame, at)) return;
+    if (this.followed) {
+      const moved = at.clone().sub(this.followed);
+      this.controls.target.add(moved);
+      this.camera.position.add(moved);
+      this.camera.lookAt(this.controls.target);
+      this.camera.updateMatrixWorld();
+    }
+    this.followed = at;
+  }
+
+  /** Where a place is on the screen, in pixels of the view. */
+  screen({ at, seen }) {
+    if (!seen) return null;
+    const p = at.clone().project(this.camera);
+    if (p.z > 1) return null;
+    return [((p.x + 1) / 2) * this.view.clientWidth, ((1 - p.y) / 2) * this.view.clientHeight];
+  }
+
+  #name() {
+    this.words.forEach((word, i) => {
+      const at = this.named || i === this.figure.picked ? this.screen(this.figure.places[i]) : null;
+      word.hidden = !at;
+      if (at) word.style.transform = `translate(${at[0] + 9}px, ${at[1] - 9}px)`;
+    });
+  }
+
+  /** What lies nearest to a place on the screen: { kind, index } or null. */
+  nearest(x, y) {
+    let best = 14;
+    let found = null;
+    const look = (kind, places, allowed) => places.forEach((one, index) => {
+      const at = allowed(index) ? this.screen(one) : null;
+      const distance = at ? Math.hypot(at[0] - x, at[1] - y) : Infinity;
+      if (distance < best) [best, found] = [distance, { kind, index }];
+    });
+    const { markers } = this.data.about;
+    const { show } = this.figure;
+    look('marker', this.figure.markerPlaces, (i) => (markers[i].segment ? show.markers : show.others));
+    // A joint is what most people mean where both are near.
+    best = Math.max(best - 4, 10);
+    look('joint', this.figure.places, () => true);
+    return found;
+  }
+}
