@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.association import Assignment
 from mocap_skel.cases import beside, filled, filled_by_hinge, middle, turned_with
-from mocap_skel.choices import POSES, SHAPED, check_method
+from mocap_skel.choices import POSES, PRIORS, SHAPED, check_method
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
 from mocap_skel.joint import (
@@ -143,14 +143,18 @@ def fit_skeleton(
             marker, from its own radial residuals, and weights that go with it.
         search: whether swapped, ghost and jumping markers are looked for; not in frames that do not follow
             each other, where every step is a jump.
+        prior: "skeleton": what the motion does not show is taken from the skeleton's priors, each direction
+            by its information. "none": the motion alone, the thesis's pure fit.
 
     Raises:
-        ValueError: no such pose, method or noise, or two that do not go together.
+        ValueError: no such pose, method, noise or prior, or two that do not go together.
         RootError: the root segment has no three markers that are seen together off a line.
         FitError: no joint can be fitted.
     """
     if pose not in POSES:
         raise ValueError(f"pose must be one of {POSES}, got {pose!r}")
+    if prior not in PRIORS:
+        raise ValueError(f"prior must be one of {PRIORS}, got {prior!r}")
     check_method(method, noise, sigma)
     walk = _Walk(
         clip, assignment, skeleton, sigma, pose == "triad", method, noise, search, prior != "none"
@@ -288,7 +292,9 @@ class _Walk:
         unfitted = [f"{j.joint} ({j.reason})" for j in self.joints if not j.fitted]
         if unfitted:
             found.append(f"joints not fitted: {listed(unfitted, 20)}")
-        unknown = [j.joint for j in self.joints if j.fitted and j.determined == "no"]
+        unknown = [
+            j.joint for j in self.joints if j.fitted and j.determined == "no" and not j.landmarks
+        ]
         if unknown:
             found.append(f"place holders, no joint centres (known: no): {listed(unknown, 20)}")
         return found + self.notes
