@@ -16,6 +16,7 @@ from mocap_skel.errors import FitError, RootError
 from mocap_skel.joint import (
     BEST,
     LEAST_SAMPLES,
+    PRIOR,
     CentreFit,
     Frame,
     JointFit,
@@ -161,7 +162,8 @@ def fit_skeleton(
     )
     for segment in skeleton.segments:
         walk.visit(segment)
-    if skeleton.joints and not any(joint.fitted for joint in walk.joints):
+    # What anatomy alone gives is no fit of this clip.
+    if skeleton.joints and not any(joint.fitted and joint.samples for joint in walk.joints):
         reasons = "; ".join(dict.fromkeys(joint.reason for joint in walk.joints))
         raise FitError(f"{clip.name}: no joint can be fitted: {reasons}")
     trouble = walk.left_out()
@@ -292,6 +294,9 @@ class _Walk:
         unfitted = [f"{j.joint} ({j.reason})" for j in self.joints if not j.fitted]
         if unfitted:
             found.append(f"joints not fitted: {listed(unfitted, 20)}")
+        guessed = [f"{j.joint} ({j.reason})" for j in self.joints if j.method == PRIOR]
+        if guessed:
+            found.append(f"joints from anatomy alone: {listed(guessed, 20)}")
         unknown = [
             j.joint for j in self.joints if j.fitted and j.determined == "no" and not j.landmarks
         ]

@@ -140,12 +140,12 @@ class Frame:
     doubt: str = ""
 
 
-def from_anatomy(expected: Expected, reason: str) -> CentreFit:
-    """A centre of which the motion shows nothing; `reason` says why."""
+def from_anatomy(expected: Expected, reason: str, markers: int = 0) -> CentreFit:
+    """A centre of which the motion shows nothing; `reason` says why. The radii of markers are NaN."""
     nothing = float("nan")
     return CentreFit(
         centre=expected.mean, covariance=expected.covariance, samples=0, effective=0.0,
-        radius=np.empty(0), residual=nothing, sigma=nothing, weakest_sd=nothing, angle=nothing,
+        radius=np.full(markers, nothing), residual=nothing, sigma=nothing, weakest_sd=nothing, angle=nothing,
         determined="no", reason=reason, method=PRIOR, axis=np.full(3, nothing), hinge=False,
         motion=np.full(3, nothing), share=0.0, landmarks=expected.landmarks, source=expected.source,
     )  # fmt: skip
@@ -223,6 +223,8 @@ def fit_centre(
         weights = np.ones(len(eye))
         taken = shape + leverage
         fit = _fit(inside, moments, method, sigma, taken, None, lever)
+    if expected is not None and not fit.converged:
+        return from_anatomy(expected, f"{method.upper()} did not converge", len(eye))
     errors = _radial_errors(inside, fit.centre)
     effective = effective_counts(errors)
     residual = _total_root_mean_square(errors)

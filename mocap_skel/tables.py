@@ -64,7 +64,7 @@ def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
     `bone` is the median distance from the parent segment's own joint, `bone_sd` its standard deviation over
     the clip, and `side_difference` how much longer it is than on the other side, as a share of the mean.
     """
-    lengths = {bone.end: bone for bone in bones(fit)}
+    lengths = {bone.end: bone for bone in bones(fit)} if fit.joints else {}
     medians = [lengths[j.joint].median if j.joint in lengths else np.nan for j in fit.joints]
     names = [joint.joint for joint in fit.joints]
     difference = np.full(len(names), np.nan)

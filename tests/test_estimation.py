@@ -341,7 +341,8 @@ class TestMethods:
                 quarter = constant_error(half, full_range(0.0005), b)
                 # e(σ) = b σ² + n σ, so that e(σ) - 4 e(σ/2) is -n σ: chance alone, four standard errors.
                 assert np.linalg.norm(bias - 4 * quarter) <= 4 * a.worst_error
-                assert np.linalg.norm(bias) > 4 * a.worst_error
+                # The standard error counts what is smooth in the residuals too, and so some of the bias.
+                assert np.linalg.norm(bias) > 3 * a.worst_error
 
     @pytest.mark.parametrize("method", ["ugdk", "mgdk"])
     def test_ugdk_and_mgdk_are_what_is_best_where_everything_is_shown(self, method):
@@ -398,7 +399,7 @@ class TestMethods:
 
     def test_an_mle_that_does_not_converge_is_no_joint(self, monkeypatch):
         monkeypatch.setattr(methods_module, "mle", partial(mle, most=2))
-        fit = fit_recording(full_range(), method="mle")
+        fit = fit_recording(full_range(), method="mle", prior="none")
         assert {joint.determined for joint in fit.joints} == {"no"}
         assert {joint.reason for joint in fit.joints} == {"MLE did not converge"}
         assert any("place holders" in note for note in fit.notes)
@@ -440,7 +441,7 @@ class TestNoise:
         for seed in range(4):
             recording = with_noise(spread, seed)
             for how in ("rigid", "matrix"):
-                fit = fit_recording(recording, noise=how)
+                fit = fit_recording(recording, noise=how, prior="none")
                 error[how].append(lengths(fit, recording, *elbows_and_knees))
             fit = fit_recording(recording, sigma=np.diag(np.square(spread)))
             error["truth"].append(lengths(fit, recording, *elbows_and_knees))
@@ -478,7 +479,7 @@ class TestNoise:
         for seed in range(3):
             recording = with_noise(spread, seed)
             for how in error:
-                fit = fit_recording(recording, noise=how)
+                fit = fit_recording(recording, noise=how, prior="none")
                 error[how].append(lengths(fit, recording, "Hip"))
         # Seen: 7.4 and 0.3 mm.
         assert rms(error["marker"]) <= 0.2 * rms(error["rigid"])
@@ -707,11 +708,17 @@ class TestCommandLine:
         assert (tmp_path / "nearly_still.joints.csv").read_text().count(",LLS,") == 14
 
     def test_a_joint_that_the_method_cannot_fit_is_a_row_with_the_reason(self, tmp_path):
-        done = run("fit", STILL, "--assoc", "cmu", "--method", "ugdk", cwd=tmp_path)
+        call = ["fit", STILL, "--assoc", "cmu", "--method", "ugdk"]
+        done = run(*call, "--prior", "none", cwd=tmp_path)
         assert done.returncode == 0
         assert "12 of 14 joints fitted" in done.stdout
         assert re.search(r"^RightWrist +- .* UGDK: the noise is no smaller", done.stdout, re.M)
         assert "joints not fitted: RightWrist (UGDK: " in done.stderr
+        done = run(*call, "--overwrite", cwd=tmp_path)
+        assert "joints from anatomy alone: RightWrist (UGDK: " in done.stderr
+        assert re.search(
+            r"^RightWrist +no +PRIOR .* UGDK: the noise is no smaller", done.stdout, re.M
+        )
 
     def test_three_lengths_are_the_noise_along_the_axes(self, tmp_path):
         call = ["fit", STILL, "--assoc", "cmu", "--sigma", "1mm,0.1cm,3mm", "--json"]

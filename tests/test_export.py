@@ -39,7 +39,7 @@ def gappy():
     recording = record(
         human(), marker_set("cmu"), motion, faults, seed=2, first_frame=101, place=(-0.2, 0.1, 0.0)
     )
-    return fit_recording(recording)
+    return fit_recording(recording, prior="none")
 
 
 def rows(text):
@@ -107,6 +107,7 @@ class TestJointsCsv:
         "joint", "parent", "child", "x", "y", "z", "se_x", "se_y", "se_z", "markers", "samples",
         "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg",
         "determined", "method", "reason",
+        "from_motion", "prior", "bone", "bone_sd", "side_difference",
     )  # fmt: skip
 
     def test_one_row_a_joint_with_the_columns_of_the_format(self):
@@ -444,14 +445,14 @@ class TestProcess:
     def test_subjects_whose_safe_names_agree_do_not_overwrite_each_other(
         self, tmp_path, monkeypatch
     ):
-        from mocap_skel import batch
+        from mocap_skel import job
         from mocap_skel.artificial import merge
 
         one = record(
             human(), marker_set("cmu"), range_of_motion(2, 30, seed=1), Faults(sigma=0.001), seed=1
         )
         clip = clip_of(merge({"A/B": one, "A B": one}))
-        monkeypatch.setattr(batch, "read_clip", lambda *args, **options: clip)
+        monkeypatch.setattr(job, "read_clip", lambda *args, **options: clip)
         with pytest.raises(MocapSkelError, match="A_B"):
             process(tmp_path / "x.c3d", self.job(tmp_path))
         assert files(tmp_path) == []

@@ -209,9 +209,8 @@ class TestStandardErrors:
         # The autocorrelation of held values falls off in a straight line, and its sum is `times`;
         # chance adds a few lags of 1/√400 = 5 %.
         assert again.effective == pytest.approx(count, rel=0.2)
-        np.testing.assert_allclose(
-            np.diag(again.covariance), np.diag(once.covariance), rtol=0.2 + 2 / count
-        )
+        # Errors that last over frames are taken for skin, which more frames do not mend.
+        assert (np.diag(again.covariance) >= np.diag(once.covariance) * (1 - 0.2 - 2 / count)).all()
 
     @pytest.mark.parametrize("memory", [0.5, 0.9])
     def test_slow_noise_counts_for_fewer_samples_than_fast_noise(self, memory):

@@ -12,11 +12,12 @@ import struct
 import sys
 import zlib
 from dataclasses import asdict, replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
-from conftest import clip_of, fit_clip, fit_recording, known
+from conftest import clip_of, fit_recording, known
+from conftest import fit_clip as fit_with_anatomy
 
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record, write_c3d
 from mocap_skel.artificial.spheres import cap
@@ -42,6 +43,10 @@ LOG = 0.21
 
 
 # --- resampling -------------------------------------------------------------------------------------
+
+
+# The studies are of the thesis's pure fits.
+fit_clip = partial(fit_with_anatomy, prior="none")
 
 
 def answer(place, samples=500, joint="LeftKnee", frame="a b c", method="MGDK", passed=0, level=0):
@@ -363,7 +368,8 @@ def short(tmp_path_factory):
     return path
 
 
-JOB = Job(association=known("cmu"))
+# As the command line has it.
+JOB = Job(association=known("cmu"), prior="none")
 SMALL = Resampling(passes=2, levels=2, seed=5)
 PARTS = ["answers", "deviations", "means", "power_law"]
 
