@@ -8,6 +8,8 @@ from mocap_skel.joint import BEST
 from mocap_skel.noise import NOISES
 from mocap_skel.spherefit import METHODS, NOISELESS
 
+# Where what the motion does not show comes from.
+PRIORS = ("skeleton", "none")
 POSES = ("least-squares", "triad")
 # Only these take away any but the same noise in all directions and of all markers.
 SHAPED = (BEST, "ugdk", "mgdk", "sgdk")

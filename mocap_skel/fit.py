@@ -10,10 +10,19 @@ from numpy.typing import NDArray
 
 from mocap_skel.association import Assignment
 from mocap_skel.cases import beside, filled, filled_by_hinge, middle, turned_with
-from mocap_skel.choices import POSES, SHAPED, check_method
+from mocap_skel.choices import POSES, PRIORS, SHAPED, check_method
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
-from mocap_skel.joint import BEST, LEAST_SAMPLES, CentreFit, Frame, JointFit, fit_centre, unfitted
+from mocap_skel.joint import (
+    BEST,
+    LEAST_SAMPLES,
+    CentreFit,
+    Frame,
+    JointFit,
+    fit_centre,
+    from_anatomy,
+    unfitted,
+)
 from mocap_skel.left_out import LeftOut, left_out, notes
 from mocap_skel.noise import clip_noise
 from mocap_skel.pose import Array, Pose, by_rows, one_marker_pose
@@ -30,6 +39,7 @@ from mocap_skel.skeleton import Segment, Skeleton
 from mocap_skel.spherefit import DegenerateSphereError, Moments, sphere_moments
 from mocap_skel.text import listed
 from mocap_skel.trouble import Mask, off_sphere, out_of_shape
+from mocap_skel.two_sided import SharedPoint, shared_point
 
 # A marker nearer to its joint than so many radial residuals shows no direction.
 NO_DIRECTION = 3.0
@@ -133,14 +143,18 @@ def fit_skeleton(
             marker, from its own radial residuals, and weights that go with it.
         search: whether swapped, ghost and jumping markers are looked for; not in frames that do not follow
             each other, where every step is a jump.
+        prior: "skeleton": what the motion does not show is taken from the skeleton's priors, each direction
+            by its information. "none": the motion alone, the thesis's pure fit.
 
     Raises:
-        ValueError: no such pose, method or noise, or two that do not go together.
+        ValueError: no such pose, method, noise or prior, or two that do not go together.
         RootError: the root segment has no three markers that are seen together off a line.
         FitError: no joint can be fitted.
     """
     if pose not in POSES:
         raise ValueError(f"pose must be one of {POSES}, got {pose!r}")
+    if prior not in PRIORS:
+        raise ValueError(f"prior must be one of {PRIORS}, got {prior!r}")
     check_method(method, noise, sigma)
     walk = _Walk(
         clip, assignment, skeleton, sigma, pose == "triad", method, noise, search, prior != "none"
@@ -248,7 +262,8 @@ class _Walk:
         assert segment.parent is not None
         if not self.prior or not segment.priors:
             return None
-        parent, columns = self.segments[segment.parent], list(self.markers[segment.name])
+        parent = self.segments[segment.parent]
+        columns = list(self.markers.get(segment.name, {}))
 
         def lower(markers: tuple[str, ...]) -> Moments | None:
             if not all(m in columns for m in markers):
@@ -277,7 +292,9 @@ class _Walk:
         unfitted = [f"{j.joint} ({j.reason})" for j in self.joints if not j.fitted]
         if unfitted:
             found.append(f"joints not fitted: {listed(unfitted, 20)}")
-        unknown = [j.joint for j in self.joints if j.fitted and j.determined == "no"]
+        unknown = [
+            j.joint for j in self.joints if j.fitted and j.determined == "no" and not j.landmarks
+        ]
         if unknown:
             found.append(f"place holders, no joint centres (known: no): {listed(unknown, 20)}")
         return found + self.notes
@@ -305,9 +322,11 @@ class _Walk:
                 f"{segment.name} and {segment.parent} are seen together in fewer than "
                 f"{LEAST_SAMPLES} frames"
             )
-            joint = unfitted(segment.joint, segment.parent, segment.name, self.clip.frames, reason)
+            joint = self._anatomical(segment, reason) or unfitted(
+                segment.joint, segment.parent, segment.name, self.clip.frames, reason
+            )
         self.joints.append(joint)
-        if joint.fitted:
+        if joint.fitted and markers:
             self._child(segment, joint)
 
     def _root(self, segment: Segment) -> None:
@@ -335,18 +354,28 @@ class _Walk:
         if left is not None:
             self._leave_out(segment.name, left)
             found = self._centre(segment, np.where(left[..., None], np.nan, inside), expected)
-        if found is None:
+        return None if found is None else self._named(segment, found)
+
+    def _anatomical(self, segment: Segment, reason: str) -> JointFit | None:
+        """A joint that no motion shows, where anatomy has it."""
+        if segment.parent not in self.segments:
             return None
+        parent, markers = self.segments[segment.parent], self.markers.get(segment.name, {})
+        points = self.points.get(segment.name, np.empty((self.clip.frames, len(markers), 3)))
+        expected = self._expected(segment, parent.pose.to_segment(points))
+        return None if expected is None else self._named(segment, from_anatomy(expected, reason))
+
+    def _named(self, segment: Segment, found: CentreFit) -> JointFit:
+        assert segment.parent is not None and segment.joint is not None
         used = np.isfinite(found.radius)
+        names = list(self.markers.get(segment.name, {}))
         found = replace(found, radius=found.radius[used])
         return JointFit(
             joint=segment.joint,
             parent=segment.parent,
             child=segment.name,
-            markers=tuple(
-                m for m, there in zip(self.markers[segment.name], used, strict=True) if there
-            ),
-            track=parent.pose.to_lab(found.centre),
+            markers=tuple(names[i] for i in np.flatnonzero(used)),
+            track=self.segments[segment.parent].pose.to_lab(found.centre),
             **{f.name: getattr(found, f.name) for f in fields(CentreFit)},
         )
 
@@ -365,7 +394,18 @@ class _Walk:
             each=self.noise.each,
             expected=expected,
             looseness=segment.looseness,
+            shared=self._shared(segment) if expected is not None else None,
         )
+
+    def _shared(self, segment: Segment) -> SharedPoint | None:
+        """The point of a segment's own shape that stays in its parent.
+
+        Not for a ball joint: there it follows the skin's turns about the bone, which a marker's distance
+        from the centre does not feel.
+        """
+        if segment.name not in self.shapes or segment.looseness <= 1 or segment.parent is None:
+            return None
+        return shared_point(self.segments[segment.parent].pose, self.shapes[segment.name][1])
 
     def _markers_pose(self, name: str) -> Pose:
         shape, pose = self.shapes[name]

@@ -33,7 +33,7 @@ class Job:
         inputs: files that never are: the clips of the call.
         subject: fit this one only.
         sigma: marker noise in metres, or three along the clip's axes; None = estimated.
-        pose, method, noise: as `fit_skeleton` takes them.
+        pose, method, noise, prior: as `fit_skeleton` takes them.
         unit, rate: in place of what the clip says.
         salvage: read what there is of a clip whose file is cut off.
         options: what the writers are told.
@@ -50,6 +50,7 @@ class Job:
     pose: str = "least-squares"
     method: str = BEST
     noise: str = "rigid"
+    prior: str = "skeleton"
     unit: str | None = None
     rate: float | None = None
     salvage: bool = False
@@ -67,7 +68,7 @@ class Job:
         sigma = np.diag(np.square(self.sigma)) if isinstance(self.sigma, tuple) else self.sigma
         return fit_skeleton(
             clip, assignment, self.known.skeleton, sigma=sigma, pose=self.pose,
-            method=self.method, noise=self.noise, search=search,
+            method=self.method, noise=self.noise, search=search, prior=self.prior,
         )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from mocap_skel.lever import Lever
 from mocap_skel.pose import Array
-from mocap_skel.posterior import combine, skin_error
+from mocap_skel.posterior import combine, skin_error, with_shared_point
 from mocap_skel.priors import Expected
 from mocap_skel.shape import Shape
 from mocap_skel.spherefit import (
@@ -25,6 +25,7 @@ from mocap_skel.spherefit import (
     smooth_share,
     sphere_moments,
 )
+from mocap_skel.two_sided import SharedPoint
 
 # Verdicts (`_shown`). At 3 the noise is a tenth of the variance in the weakest direction, so that
 # an error of half in the noise level moves the centre by a twentieth of its distance.
@@ -39,6 +40,8 @@ LEAST_SPREAD = 0.003
 LEAST_SHARE = 0.1
 # The method that suits a joint: UGDK, MGDK or SGDK, and no sphere that the data do not show.
 BEST = "best"
+# What stands for a method where no motion was used.
+PRIOR = "PRIOR"
 VERDICTS = ("no", "weak", "yes")
 # Fewer samples than unknowns (a centre and a radius) show nothing at all.
 LEAST_SAMPLES = 4
@@ -54,7 +57,7 @@ class CentreFit:
         samples: marker samples used, all markers together.
         effective: how many of them are independent.
         radius: (M,) distance of each marker from the centre.
-        residual: root mean square of the radial residuals, skin movement included.
+        residual: root mean square of the radial residuals about it, skin movement included.
         sigma: noise standard deviation that the estimator took away.
         weakest_sd: √λ_min, the standard deviation of the markers in their weakest direction.
         angle: half-angle (radians) of the cap with the same weakest standard deviation.
@@ -137,6 +140,17 @@ class Frame:
     doubt: str = ""
 
 
+def from_anatomy(expected: Expected, reason: str) -> CentreFit:
+    """A centre of which the motion shows nothing; `reason` says why."""
+    nothing = float("nan")
+    return CentreFit(
+        centre=expected.mean, covariance=expected.covariance, samples=0, effective=0.0,
+        radius=np.empty(0), residual=nothing, sigma=nothing, weakest_sd=nothing, angle=nothing,
+        determined="no", reason=reason, method=PRIOR, axis=np.full(3, nothing), hinge=False,
+        motion=np.full(3, nothing), share=0.0, landmarks=expected.landmarks, source=expected.source,
+    )  # fmt: skip
+
+
 def unfitted(joint: str, parent: str, child: str, frames: int, reason: str) -> JointFit:
     """A joint of which nothing is known."""
     nothing = float("nan")
@@ -160,6 +174,7 @@ def fit_centre(
     each: bool = False,
     expected: Expected | None = None,
     looseness: float = 1.0,
+    shared: SharedPoint | None = None,
 ) -> CentreFit | None:
     """The common centre of the child's markers in the parent's frame.
 
@@ -173,6 +188,7 @@ def fit_centre(
         each: take each marker's noise from its own radial residuals instead, and weigh it by that.
         expected: where anatomy has the joint; None for what the motion alone gives.
         looseness: how far the joint is from a ball, as `Segment.looseness`.
+        shared: the point that both segments' own poses share, beside `expected` only.
 
     Returns:
         None where no marker has enough samples. A marker that is never seen has the radius NaN.
@@ -184,7 +200,7 @@ def fit_centre(
     if not there.all():
         found = fit_centre(
             inside[:, there], sigma, own_sigma, frame, method, noise, each=each, expected=expected,
-            looseness=looseness,
+            looseness=looseness, shared=shared,
         )  # fmt: skip
         if found is None:
             return None
@@ -207,12 +223,9 @@ def fit_centre(
         weights = np.ones(len(eye))
         taken = shape + leverage
         fit = _fit(inside, moments, method, sigma, taken, None, lever)
-    away = np.linalg.norm(inside - fit.centre, axis=-1)
-    seen = np.isfinite(away)
-    counts = seen.sum(axis=0)
-    errors = away - np.where(seen, away, 0.0).sum(axis=0) / np.maximum(counts, 1)
+    errors = _radial_errors(inside, fit.centre)
     effective = effective_counts(errors)
-    residual = float(np.sqrt((np.where(seen, errors, 0.0) ** 2).sum() / counts.sum()))
+    residual = _total_root_mean_square(errors)
     # Skin movement is not independent of the joint's, so it is nothing to take away; but spread that
     # it alone would make, with the segments' rigid residuals as its size, proves nothing.
     skin = frame.shape.sigma if frame.shape else own_sigma
@@ -228,8 +241,10 @@ def fit_centre(
         float(fit.sigma) ** 2 * taken, leverage, _reach(moments), looseness,
     )  # fmt: skip
     # A pure fit stays what it is, with the error that it has.
-    centre = fit.centre + (0.0 if expected is None else soft.shift)
-    both = combine(centre, covariance + soft.covariance, expected)
+    centre, total = fit.centre, covariance + soft.covariance
+    if expected is not None:
+        centre, total = with_shared_point(centre + soft.shift, total, shared, soft.slide)
+    both = combine(centre, total, expected)
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     determined, reason = min(
         ("yes", "") if fit.converged else ("no", f"{method.upper()} did not converge"),
@@ -241,16 +256,20 @@ def fit_centre(
     return CentreFit(
         centre=both.centre,
         covariance=both.covariance,
-        samples=int(counts.sum()),
+        samples=int(moments.count.sum()),
         effective=float(effective.sum()),
         radius=fit.radius if expected is None else _radius(moments, fit, both.centre),
-        residual=residual,
+        residual=(
+            residual
+            if expected is None
+            else _total_root_mean_square(_radial_errors(inside, both.centre))
+        ),
         sigma=float(fit.sigma),
         weakest_sd=weakest,
         angle=float(coverage_angle(weakest, _root_mean_square(fit.radius))),
         determined=determined,
         reason=reason,
-        method=_name(method, rank, len(counts)),
+        method=_name(method, rank, len(eye)),
         axis=fit.axes[:, 0] if rank == 2 else _square_axis(moments, fit),
         hinge=rank == 2,
         motion=fit.centre,
@@ -258,6 +277,19 @@ def fit_centre(
         landmarks=() if expected is None else expected.landmarks,
         source="" if expected is None else expected.source,
     )
+
+
+def _radial_errors(inside: Array, centre: Array) -> Array:
+    """(frames, M): distances from the centre, less each marker's mean."""
+    away = np.linalg.norm(inside - centre, axis=-1)
+    seen = np.isfinite(away)
+    mean = np.where(seen, away, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
+    return np.asarray(away - mean)
+
+
+def _total_root_mean_square(errors: Array) -> float:
+    seen = np.isfinite(errors)
+    return float(np.sqrt((np.where(seen, errors, 0.0) ** 2).sum() / max(int(seen.sum()), 1)))
 
 
 def _noise_of_each(moments: Moments, sigma: float, leverage: Array) -> tuple[Array, Array]:

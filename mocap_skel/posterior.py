@@ -9,6 +9,7 @@ import numpy as np
 from mocap_skel.pose import Array
 from mocap_skel.priors import Expected
 from mocap_skel.spherefit import Moments, SphereFit
+from mocap_skel.two_sided import SharedPoint
 
 # The part of skin's slide that is in proportion to the joint's turn looks like another centre and leaves no
 # residual: metres a radian of it for each metre of slide that does. For a ball joint; `Segment.looseness`
@@ -16,10 +17,9 @@ from mocap_skel.spherefit import Moments, SphereFit
 SLIDE = 7.5
 # Radians: within such a turn of the marker's direction the skin lies as before, beyond it anew.
 ALIKE = 0.4
-# Metres: how far skin shifts a segment's markers together, unseen where there are no more than three.
-SKIN = 0.005
-# A share of the residuals that no series is too rough for: skin is never quite still.
-LEAST_SMOOTH = 0.02
+# Skin slides about twice as far along a bone as away from it (Cappozzo 1996), and turns the parent's frame
+# by all of it, but only the latter is seen in a radius: ratio of the variances.
+ALONG = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +44,12 @@ class Skin:
     Attributes:
         covariance: (3, 3), m².
         shift: (3,), metres, what the middle of the possible noise levels would move the centre by.
+        slide: variance of the slide in proportion to the angle, m².
     """
 
     covariance: Array
     shift: Array
+    slide: float
 
 
 def skin_error(
@@ -65,8 +67,8 @@ def skin_error(
     Residuals that follow each other smoothly are the same whenever the joint comes back to the same place:
     they do not average out over frames or markers, only over the places, as many as the markers'
     directions cover. Three parts: such residuals as the noise of a sphere fit; the slide in proportion to
-    the angle, which they show the size of only; and a noise level that lies anywhere between what was
-    taken away and what the residuals, with the frame's own skin, show at most.
+    the angle, which they show the size of only; and what they add to the noise that was taken away, on
+    the child and by the parent's frame, of which nobody knows how much is independent of the motion.
 
     Args:
         moments: of the child's markers in the parent's frame.
@@ -79,27 +81,26 @@ def skin_error(
         looseness: of the joint, 1 for a ball.
     """
     away = moments.mean - fit.centre
-    radius = np.maximum(np.linalg.norm(away, axis=1), np.finfo(float).tiny)
+    radius = np.maximum(np.linalg.norm(away, axis=1), np.finfo(float).eps * reach)
     below = np.maximum(moments.count - 1.0, 0.0)
     weight = below / below.sum()
     solved = fit.axes[:, 3 - int(fit.rank) :]
     part = solved @ solved.T
     moved = moments.covariance - noise
     cap = part @ np.einsum("p,pij->ij", weight / radius**2, moved) @ part
-    skin = float(weight @ (residual * np.maximum(smooth, LEAST_SMOOTH))) + np.finfo(float).tiny
+    each = residual * smooth
+    skin = max(float(weight @ each), (np.finfo(float).eps * reach) ** 2)
     places = _places(cap, away.T @ weight)
     values, axes = np.linalg.eigh(cap)
-    information = np.maximum(values, 0.0) * places / skin + 1.0 / reach**2
-    # The middle between the two levels, and as far to either side.
-    doubt = np.maximum(residual - np.trace(noise, axis1=1, axis2=2) / 3, 0.0)
-    extra = 0.5 * (doubt[:, None, None] * np.eye(3) + SKIN**2 * leverage)
+    # What was not solved is no worse for skin.
+    shown = values > np.finfo(float).eps * max(values[-1], 0.0)
+    known = np.where(shown, values, 1.0) * places / skin + 1.0 / reach**2
+    # Between none and all of it: the middle, and as far to either side.
+    extra = 0.5 * (each[:, None, None] * np.eye(3) + ALONG * skin * leverage)
     shift = _noise_shift(part, weight, moved, extra, away)
-    return Skin(
-        (axes / information) @ axes.T
-        + (looseness * SLIDE) ** 2 * skin / places * np.eye(3)
-        + np.outer(shift, shift),
-        shift,
-    )
+    slide = (looseness * SLIDE) ** 2 * skin / places
+    covariance = (axes * np.where(shown, 1.0 / known, 0.0)) @ axes.T + np.outer(shift, shift)
+    return Skin(covariance + slide * np.eye(3), shift, slide)
 
 
 def _places(cap: Array, middle: Array) -> float:
@@ -120,6 +121,28 @@ def _noise_shift(part: Array, weight: Array, moved: Array, extra: Array, away: A
     # No farther than to the markers, however little is left of a direction.
     least = np.einsum("ik,ij,jk->k", axes, more, axes)
     return np.asarray(-axes @ ((axes.T @ push) / np.maximum(values, least + np.finfo(float).tiny)))
+
+
+def with_shared_point(
+    centre: Array, covariance: Array, shared: SharedPoint | None, slide: float
+) -> tuple[Array, Array]:
+    """Centre and covariance of a sphere fit and of the point that both segments share.
+
+    Both come from the same frames, so neither adds to what the other knows: the two are averaged, each
+    direction by their information (covariance intersection with equal shares, Julier & Uhlmann 1997).
+
+    Args:
+        centre, covariance: of the sphere fit.
+        shared: the point, None where the segments have no poses of their own.
+        slide: variance of skin's slide, which shifts it as it does the centre, m².
+    """
+    if shared is None or not shared.residual > 0:
+        return centre, covariance
+    values, axes = np.linalg.eigh(shared.turns)
+    known = (axes * (values / (shared.residual + slide * values))) @ axes.T
+    first = np.linalg.inv(covariance)
+    both = np.linalg.inv(0.5 * (first + known))
+    return both @ (0.5 * (first @ centre + known @ shared.centre)), both
 
 
 def combine(centre: Array, covariance: Array, expected: Expected | None) -> Posterior:

@@ -22,8 +22,8 @@ BONE_ERROR = 0.02
 CARRYING_ERROR = 0.04
 # Sine of the bend from which the plane of the two bones tells the axis.
 LEAST_BEND = 0.15
-# Sizes of people, and of what else has the figure of one.
-SIZES = (0.2, 2.0)
+# Beyond such sizes a clip is in the wrong unit.
+SIZES = (0.1, 10.0)
 
 
 @dataclass(frozen=True, eq=False)

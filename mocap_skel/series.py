@@ -26,8 +26,7 @@ class Radial:
 
     Attributes:
         joint: the fit.
-        errors: (frames, M) each marker's distance from the centre that the motion alone gives, less its own
-            mean distance; NaN where it is missing, was left out, or the parent has no pose. Their root
+        errors: (frames, M) each marker's distance from the centre, less its own mean distance; NaN where it is missing, was left out, or the parent has no pose. Their root
             mean square is `JointFit.residual`.
         directions: (frames, M, 3) unit vectors from the centre to the markers, in the parent's frame.
     """
@@ -76,14 +75,13 @@ def marker_tracks(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Track
 
 def radial(fit: SkeletonFit, markers: Tracks) -> tuple[Radial, ...]:
     """Every fitted joint's markers about it, in the skeleton's order of joints."""
-    return tuple(_radial(fit, joint, markers[joint.child]) for joint in fit.joints if joint.fitted)
+    return tuple(_radial(fit, joint, markers[joint.child]) for joint in fit.joints if joint.markers)
 
 
 def _radial(fit: SkeletonFit, joint: JointFit, markers: Mapping[str, Array]) -> Radial:
     points = np.stack([markers[name] for name in joint.markers], axis=1)
     inside = fit.segments[joint.parent].pose.to_segment(points)
-    # Anatomy may have moved the centre off the sphere that the markers draw.
-    distance = np.linalg.norm(inside - joint.motion, axis=-1)
+    distance = np.linalg.norm(inside - joint.centre, axis=-1)
     seen = np.isfinite(distance)
     mean = np.where(seen, distance, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
     away = inside - joint.centre

@@ -20,7 +20,7 @@ from mocap_skel.toml_places import Places
 SHIPPED = Path(__file__).parent / "skeletons"
 STANDARD = "human"
 SEGMENT_KEYS = {
-    "name", "parent", "joint", "markers", "ends", "prior", "looseness", *REST_KEYS,
+    "name", "parent", "joint", "markers", "ends", "prior", "looseness", "movement", *REST_KEYS,
 }  # fmt: skip
 
 
@@ -36,6 +36,7 @@ class Segment:
         ends: the markers whose mean is its end point when it is a leaf; empty means all.
         priors: what is known about the joint, the best first; the first whose landmarks are there counts.
         looseness: how far the joint is from a ball joint, whose bones roll and glide: 1 for a hip.
+        movement: what shows the joint, as one would tell the subject.
         rest: direction of its bone, from its joint to the next one or its end, in the T-pose. All directions
             of the T-pose are along the character's axes: x to its left, y up, z forward.
         rest_joint: where in the T-pose its joint lies in a parent with several joints, from the parent's joint;
@@ -50,6 +51,7 @@ class Segment:
     ends: tuple[str, ...] = ()
     priors: tuple[Prior, ...] = ()
     looseness: float = 1.0
+    movement: str = ""
     rest: Vector | None = None
     rest_joint: Vector | None = None
     rest_axis: Vector | None = None
@@ -178,7 +180,8 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
         positive=True,
     )  # fmt: skip
     rest = read_rest(entry, places, i, root=parent is None)
-    return Segment(name, parent, joint, markers, ends, priors, looseness, *rest)
+    movement = is_a(entry.get("movement", ""), str, places.of(i, "movement"), "movement: a text")
+    return Segment(name, parent, joint, markers, ends, priors, looseness, movement, *rest)
 
 
 def _check_tree(segments: list[Segment], places: Places) -> None:

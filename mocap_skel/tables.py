@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mocap_skel.fit import SkeletonFit
 from mocap_skel.joint import JointFit
 from mocap_skel.pose import Array
+from mocap_skel.series import bones, by_sides
 
 if TYPE_CHECKING:
     import pandas
@@ -53,12 +54,35 @@ def point_columns(fit: SkeletonFit) -> dict[str, NDArray[Any]]:
 JOINT_COLUMNS = (
     "joint", "parent", "child", "x", "y", "z", "se_x", "se_y", "se_z", "markers", "samples",
     "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "determined",
-    "method", "reason",
+    "method", "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference",
 )  # fmt: skip
 
 
-def joint_row(joint: JointFit) -> dict[str, Any]:
-    """One row of joints.csv: lengths in metres, the angle in degrees; None where nothing is known."""
+def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
+    """The rows of joints.csv: lengths in metres, the angle in degrees; None where nothing is known.
+
+    `bone` is the median distance from the parent segment's own joint, `bone_sd` its standard deviation over
+    the clip, and `side_difference` how much longer it is than on the other side, as a share of the mean.
+    """
+    lengths = {bone.end: bone for bone in bones(fit)}
+    medians = [lengths[j.joint].median if j.joint in lengths else np.nan for j in fit.joints]
+    names = [joint.joint for joint in fit.joints]
+    difference = np.full(len(names), np.nan)
+    for places in by_sides(names).values():
+        if len(places) == 2:
+            here, there = (medians[i] for i in places)
+            difference[places] = np.array([here - there, there - here]) / (0.5 * (here + there))
+    rows = []
+    for joint, median, other in zip(fit.joints, medians, difference, strict=True):
+        length = lengths[joint.joint].length if joint.joint in lengths else np.empty(0)
+        seen = length[np.isfinite(length)]
+        spread = float(seen.std()) if len(seen) else np.nan
+        rows.append(_joint_row(joint, (median, spread, other)))
+    return rows
+
+
+def _joint_row(joint: JointFit, bone: tuple[float, float, float]) -> dict[str, Any]:
+    prior = " ".join(joint.landmarks) + (f" ({joint.source})" if joint.source else "")
     x, y, z = map(_number, joint.centre)
     se_x, se_y, se_z = map(_number, joint.standard_error)
     values = (
@@ -66,6 +90,7 @@ def joint_row(joint: JointFit) -> dict[str, Any]:
         joint.samples, _number(joint.effective, 1), [_number(r) for r in joint.radius],
         _number(joint.residual), _number(joint.sigma), _number(joint.weakest_sd),
         _number(np.degrees(joint.angle), 2), joint.determined, joint.method, joint.reason,
+        _number(joint.share, 3), prior, *(_number(value) for value in bone),
     )  # fmt: skip
     return dict(zip(JOINT_COLUMNS, values, strict=True))
 
@@ -97,5 +122,5 @@ def joints_table(fit: SkeletonFit) -> pandas.DataFrame:
     """The joints as a DataFrame: one row a joint, `joint` as index, the columns of joints.csv."""
     import pandas
 
-    rows = [joint_row(joint) for joint in fit.joints]
+    rows = joint_rows(fit)
     return pandas.DataFrame(rows, columns=list(JOINT_COLUMNS)).set_index("joint")

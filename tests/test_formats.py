@@ -11,7 +11,7 @@ from mocap_skel import points_table, read_clip
 from mocap_skel.errors import CallError
 from mocap_skel.export import WRITERS, Options
 from mocap_skel.export.trc import trc
-from mocap_skel.tables import joint_row
+from mocap_skel.tables import joint_rows
 
 parquet = pytest.importorskip("pyarrow.parquet")
 
@@ -127,7 +127,7 @@ def test_joints_parquet_has_typed_columns(name, tmp_path):
     _, path = written(name, tmp_path)
     table = parquet.read_table(path)
     fit = fit_sample(name)
-    rows = [{"clip": fit.clip, "subject": fit.subject, **joint_row(j)} for j in fit.joints]
+    rows = [{"clip": fit.clip, "subject": fit.subject, **row} for row in joint_rows(fit)]
     assert table.to_pylist() == rows
     types = {field.name: str(field.type) for field in table.schema}
     assert types["radius"].startswith("list<") and "double" in types["radius"]

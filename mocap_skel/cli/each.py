@@ -97,17 +97,17 @@ def _send(path: Path, done: Done) -> None:
 
 
 def _print_json(path: Path, done: Done) -> None:
-    from mocap_skel.tables import joint_row
+    from mocap_skel.tables import joint_rows
 
     for fit in done.fits:
-        for joint in fit.joints:
-            row = {"clip": str(path), "subject": fit.subject, **joint_row(joint)}
-            say(json.dumps(row, allow_nan=False))
+        for row in joint_rows(fit):
+            say(json.dumps({"clip": str(path), "subject": fit.subject, **row}, allow_nan=False))
 
 
 def _print_tables(path: Path, done: Done) -> None:
     from mocap_skel.report.terminal import joint_table
+    from mocap_skel.verdict import verdict
 
     for fit in done.fits:
-        say(joint_table(fit, str(path)))
+        say("\n".join([joint_table(fit, str(path)), *verdict(fit)]))
     say(f"wrote {', '.join(str(file) for file in done.files)}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
 from mocap_skel.cli import options
 
@@ -20,13 +20,14 @@ class Told(TypedDict):
     pose: str
     method: str
     noise: str
+    prior: NotRequired[str]
     unit: str | None
     rate: float | None
     salvage: bool
 
 
 def job_of(told: Told, **more: Any) -> Job:
-    """The job; `more` are fields of it.
+    """The job; `more` are fields of it. A command without --prior fits the movement alone.
 
     Raises:
         CallError: options that do not go together.
@@ -43,5 +44,5 @@ def job_of(told: Told, **more: Any) -> Job:
     return Job(
         association=None if name is None else read_association(name, skeleton),
         subject=told["subject"], sigma=told["sigma"], pose=told["pose"], method=told["method"],
-        noise=told["noise"], unit=told["unit"], rate=told["rate"], salvage=told["salvage"], **more,
+        noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"], salvage=told["salvage"], **more,
     )  # fmt: skip

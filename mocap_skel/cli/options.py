@@ -177,6 +177,11 @@ noise = click.option(
     help="How the noise is estimated: one level from the segments' rigidity, a whole matrix from "
     "the same, or a level for each marker from its own residuals.",
 )  # fmt: skip
+prior = click.option(
+    "--prior", type=click.Choice(["skeleton", "none"]), default="skeleton", show_default=True,
+    help="What the movement does not show is taken from anatomy, as the skeleton file has it; none: from "
+    "the movement alone, the thesis's pure fit.",
+)  # fmt: skip
 seed = click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is drawn."
 )
@@ -247,5 +252,6 @@ def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
 
 rig = _together(*_RIG)
 which = _together(association, skeleton, subject)
-estimation = _together(sigma, pose, method, noise)
+pure_estimation = _together(sigma, pose, method, noise)
+estimation = _together(pure_estimation, prior)
 reading = _together(unit, rate, salvage)

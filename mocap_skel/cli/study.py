@@ -47,7 +47,7 @@ workers = click.option(
     help="Refits in a pass: without 0, 1, 2 ... percent of the frames.",
 )  # fmt: skip
 @options.seed
-@options.estimation
+@options.pure_estimation
 @options.reading
 @workers
 @figures

@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_skel.extras import extra
 from mocap_skel.fit import SkeletonFit
-from mocap_skel.tables import joint_row, point_columns
+from mocap_skel.tables import joint_rows, point_columns
 
 # Columns that are the same text over and over.
 _REPEATED = ("clip", "subject", "point", "kind")
@@ -42,7 +42,7 @@ def joints_parquet(fit: SkeletonFit) -> bytes:
         MissingExtraError: pyarrow is not installed.
     """
     pa = extra("pyarrow", "parquet")
-    rows = [{"clip": fit.clip, "subject": fit.subject, **joint_row(j)} for j in fit.joints]
+    rows = [{"clip": fit.clip, "subject": fit.subject, **row} for row in joint_rows(fit)]
     names = list(rows[0]) if rows else []
     columns = {name: [row[name] for row in rows] for name in names}
     return _file(fit, pa.table({n: pa.array(v, _type(pa, n, v)) for n, v in columns.items()}))

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from mocap_skel.fit import SkeletonFit
-from mocap_skel.tables import JOINT_COLUMNS, joint_row, track_columns
+from mocap_skel.tables import JOINT_COLUMNS, joint_rows, track_columns
 
 
 def skeleton_csv(fit: SkeletonFit) -> str:
@@ -25,7 +25,7 @@ def skeleton_csv(fit: SkeletonFit) -> str:
 
 def joints_csv(fit: SkeletonFit) -> str:
     """One row a joint; lists are separated by blanks, what is not known is empty."""
-    rows = ([_cell(value) for value in joint_row(joint).values()] for joint in fit.joints)
+    rows = ([_cell(value) for value in row.values()] for row in joint_rows(fit))
     return _csv([JOINT_COLUMNS, *rows])
 
 

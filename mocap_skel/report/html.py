@@ -30,6 +30,7 @@ from mocap_skel.report.scene import LARGEST, Scene, scene
 from mocap_skel.report.terminal import JOINT_HEAD, joint_cells
 from mocap_skel.series import marker_tracks, radial
 from mocap_skel.text import counted
+from mocap_skel.verdict import verdict
 
 TRUST = {
     "yes": ("●", "shown by the movement"),
@@ -115,8 +116,7 @@ def _hash(inline: str) -> str:
 
 def _verdict(fit: SkeletonFit) -> str:
     """The first line of the page, in plain words."""
-    sure = sum(joint.determined == "yes" for joint in fit.joints)
-    return text(f"{sure or 'None'} of {counted(len(fit.joints), 'joint')} can be trusted.")
+    return "<br>".join(text(sentence) for sentence in verdict(fit))
 
 
 def _of(joint: JointFit) -> str:
@@ -125,12 +125,12 @@ def _of(joint: JointFit) -> str:
 
 def _trust(joints: Sequence[JointFit]) -> Iterable[str]:
     """The joints by verdict, the names of each as one line."""
-    for verdict, (sign, meaning) in TRUST.items():
-        names = [joint.joint for joint in joints if _of(joint) == verdict]
+    for known, (sign, meaning) in TRUST.items():
+        names = [joint.joint for joint in joints if _of(joint) == known]
         if names:
-            word = "" if verdict == "none" else f"{verdict}: "
+            word = "" if known == "none" else f"{known}: "
             yield (
-                f'<li class="{verdict}"><span class="sign">{sign}</span><b>{word}{len(names)}</b> '
+                f'<li class="{known}"><span class="sign">{sign}</span><b>{word}{len(names)}</b> '
                 f"{text(meaning)}<br><small>{text(', '.join(names))}</small></li>"
             )
 

@@ -41,7 +41,7 @@ def _short(value: object) -> str:
 
 JOINT_HEAD = (
     "joint", "known", "method", "markers", "samples", "radius cm", "residual mm", "sigma mm",
-    "weakest cm", "theta", "s.e. mm", "why",
+    "weakest cm", "theta", "motion", "s.e. mm", "why",
 )  # fmt: skip
 
 
@@ -56,27 +56,34 @@ def joint_table(fit: SkeletonFit, clip: str) -> str:
         f"marker noise {1e3 * fit.sigma:.2f} mm"
     )
     rows = [joint_cells(joint) for joint in fit.joints]
-    return f"{head}\n{table(JOINT_HEAD, rows, frozenset({0, 1, 2, 11}))}"
+    return f"{head}\n{table(JOINT_HEAD, rows, frozenset({0, 1, 2, 12}))}"
 
 
 def joint_cells(joint: JointFit) -> tuple[str, ...]:
     """A joint's evidence as people read it, one cell a column of `JOINT_HEAD`."""
     if not joint.fitted:
-        return (joint.joint, "-", "-", *["-"] * 8, joint.reason)
+        return (joint.joint, "-", "-", *["-"] * 9, joint.reason)
     return (
         joint.joint,
         joint.determined,
         joint.method,
         str(len(joint.markers)),
         str(joint.samples),
-        "/".join(f"{100 * r:.1f}" for r in (joint.radius.min(), joint.radius.max())),
-        f"{1e3 * joint.residual:.1f}",
-        f"{1e3 * joint.sigma:.1f}",
-        f"{100 * joint.weakest_sd:.1f}",
-        f"{np.degrees(joint.angle):.0f}°",
+        "/".join(f"{100 * r:.1f}" for r in (joint.radius.min(), joint.radius.max()))
+        if len(joint.radius)
+        else "-",
+        _known(1e3 * joint.residual, ".1f"),
+        _known(1e3 * joint.sigma, ".1f"),
+        _known(100 * joint.weakest_sd, ".1f"),
+        _known(np.degrees(joint.angle), ".0f", "°"),
+        f"{100 * joint.share:.0f} %",
         f"{1e3 * joint.worst_error:.1f}",
         joint.reason,
     )
+
+
+def _known(value: float, form: str, unit: str = "") -> str:
+    return f"{value:{form}}{unit}" if np.isfinite(value) else "-"
 
 
 def clip_table(clip: Clip, markers: Sequence[dict[str, object]]) -> str:

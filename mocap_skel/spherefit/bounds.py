@@ -147,7 +147,8 @@ def effective_counts(residuals: ArrayLike) -> Array:
 def smooth_share(residuals: ArrayLike) -> Array:
     """Share of the variance of each marker's residual series that the frame before already had.
 
-    The correlation of neighbours, 0 for noise of cameras, near 1 for skin, which moves with the body.
+    The correlation of neighbours less twice its own standard error (1/√N for independent noise): 0 for
+    noise of cameras, near 1 for skin, which moves with the body.
 
     Args:
         residuals: (frames, M), NaN = missing.
@@ -160,7 +161,9 @@ def smooth_share(residuals: ArrayLike) -> Array:
     first, second = (np.where(both, part, 0.0) for part in (e[:-1], e[1:]))
     square = 0.5 * (first * first + second * second).sum(axis=0)
     product = (first * second).sum(axis=0)
-    return np.asarray(np.clip(product / np.maximum(square, np.finfo(float).tiny), 0.0, 1.0))
+    chance = 2.0 / np.sqrt(np.maximum(both.sum(axis=0), 1))
+    share = product / np.maximum(square, np.finfo(float).tiny)
+    return np.asarray(np.clip(share - chance, 0.0, 1.0))
 
 
 def _autocorrelation(series: Array, size: int) -> Array:
