@@ -444,14 +444,14 @@ class TestProcess:
     def test_subjects_whose_safe_names_agree_do_not_overwrite_each_other(
         self, tmp_path, monkeypatch
     ):
-        from mocap_skel import batch
+        from mocap_skel import job
         from mocap_skel.artificial import merge
 
         one = record(
             human(), marker_set("cmu"), range_of_motion(2, 30, seed=1), Faults(sigma=0.001), seed=1
         )
         clip = clip_of(merge({"A/B": one, "A B": one}))
-        monkeypatch.setattr(batch, "read_clip", lambda *args, **options: clip)
+        monkeypatch.setattr(job, "read_clip", lambda *args, **options: clip)
         with pytest.raises(MocapSkelError, match="A_B"):
             process(tmp_path / "x.c3d", self.job(tmp_path))
         assert files(tmp_path) == []
