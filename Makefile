@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint types bench validate golden samples page blender clean
+.PHONY: help demo test fuzz lint types bench validate golden docs samples page blender clean
 
 help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
@@ -48,6 +48,9 @@ validate: $(STAMP) ## Joints against references in a folder of real clips (make 
 
 golden: $(STAMP) ## Rewrite the golden results; review the diff before committing it
 	$(BIN)/python tests/golden.py
+
+docs: $(STAMP) ## Rewrite docs/commands from the commands' own help
+	$(BIN)/python tests/command_pages.py
 
 samples: $(STAMP) ## Make sample_data again from its generator
 	$(BIN)/python sample_data/make.py

@@ -99,10 +99,11 @@ def bones(fit: SkeletonFit) -> tuple[Bone, ...]:
     tracks = dict(fit.tracks())
     found = []
     for segment in fit.skeleton.segments:
-        if segment.joint is None:
+        # What hangs on a segment that is not in the clip has no track.
+        if segment.joint not in tracks:
             continue
         ends = [s.joint for s in fit.skeleton.segments if s.parent == segment.name and s.joint]
-        for end in ends or [segment.name]:
+        for end in (end for end in ends or [segment.name] if end in tracks):
             length = np.linalg.norm(tracks[end] - tracks[segment.joint], axis=1)
             found.append(Bone(segment.name, segment.joint, end, length))
     return tuple(found)

@@ -361,30 +361,6 @@ def test_fit_loads_no_pandas(tmp_path):
     assert done.stdout.splitlines()[-1] == "False False"
 
 
-def readme_blocks():
-    text = (ROOT / "README.md").read_text()
-    return re.findall(r"```console\n(.*?)```", text, re.S)
-
-
-def test_the_readmes_console_blocks_are_true(tmp_path):
-    """Every `$ mocap-skel …` line runs; what the README shows below it is what it prints."""
-    shutil.copytree(SAMPLES, tmp_path / "sample_data")
-    shown = 0
-    for block in readme_blocks():
-        for part in re.split(r"^\$ ", block, flags=re.M)[1:]:
-            line, _, expected = part.partition("\n")
-            if not line.startswith("mocap-skel "):
-                continue
-            command = line.replace("mocap-skel", f"{sys.executable} -m mocap_skel", 1)
-            done = subprocess.run(
-                command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=120
-            )
-            assert done.returncode == 0, done.stderr
-            assert expected.strip() in ("", done.stdout.strip()), line
-            shown += 1
-    assert shown >= 3
-
-
 def test_the_choices_of_the_options_are_those_of_the_library():
     """They are written again in the command, so that help need not load the library."""
     from mocap_skel.cli.fit import FORMATS, command
@@ -399,12 +375,3 @@ def test_the_choices_of_the_options_are_those_of_the_library():
     assert choices["pose"] == POSES
     assert choices["method"] == (BEST, *METHODS)
     assert choices["noise"] == NOISES
-
-
-def test_every_command_is_in_the_readme_and_has_help(tmp_path):
-    from mocap_skel.cli import COMMANDS
-
-    readme = (ROOT / "README.md").read_text()
-    for name in COMMANDS:
-        assert f"mocap-skel {name}" in readme
-    assert os.path.exists(ROOT / "docs" / "architecture.md")

@@ -8,7 +8,6 @@ constant averages over all frames and adds little to it. Seeds are 1 unless a te
 import csv
 import json
 import re
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -427,31 +426,3 @@ def test_tables_written_inline_are_read_and_their_errors_named(tmp_path):
     )
     with pytest.raises(SkeletonError, match=r"leg\.toml:1:\d+: segment 'B' hangs from unknown 'C'"):
         read_skeleton(path)
-
-
-# --- the documentation
-
-
-def test_the_console_blocks_of_the_figures_page_are_true(tmp_path):
-    """Every command of docs/skeletons.md runs, in order, and prints what the page shows."""
-    shutil.copytree(ROOT / "sample_data", tmp_path / "sample_data")
-    text = (ROOT / "docs" / "skeletons.md").read_text()
-    for name, content in re.findall(r"```(?:toml|text) (\S+)\n(.*?)```", text, re.S):
-        (tmp_path / name).write_text(content)
-        if name.endswith(".toml") and name != "typo.toml":
-            assert read_skeleton(tmp_path / name).name == Path(name).stem
-    shown = 0
-    for block in re.findall(r"```console\n(.*?)```", text, re.S):
-        for part in re.split(r"^\$ ", block, flags=re.M)[1:]:
-            line, _, expected = part.partition("\n")
-            command = re.sub(r"^mocap-skel", "python -m mocap_skel", line)
-            command = re.sub(r"^python", sys.executable, command)
-            done = subprocess.run(
-                command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=120
-            )
-            got = [s.rstrip() for s in (done.stdout + done.stderr).strip().splitlines()]
-            assert got == [s.rstrip() for s in expected.strip().splitlines()], line
-            shown += 1
-    assert shown >= 16
-    for path in SHIPPED.glob("*.toml"):
-        assert f"`{path.stem}`" in text

@@ -20,9 +20,22 @@ import pytest
 
 METRES = 2e-5
 SHARE = 1e-3
-TEXT = ("joint", "parent", "child", "markers", "samples", "determined", "method")
-LENGTHS = ("x", "y", "z", "se_x", "se_y", "se_z", "radius", "residual", "sigma", "weakest_sd")
-SHARES = ("effective_samples", "theta_deg")
+TEXT = ("joint", "parent", "child", "markers", "samples", "determined", "method", "prior")
+LENGTHS = (
+    "x",
+    "y",
+    "z",
+    "se_x",
+    "se_y",
+    "se_z",
+    "radius",
+    "residual",
+    "sigma",
+    "weakest_sd",
+    "bone",
+    "bone_sd",
+)
+SHARES = ("effective_samples", "theta_deg", "from_motion", "side_difference")
 # Clips and their subjects, as the files are named.
 NAMES = ("range_of_motion", "two_dancers.Anna", "two_dancers.Ben", "nearly_still", "gaps")
 
@@ -75,7 +88,7 @@ def test_the_joints_are_the_same(fresh, name):
             continue
         for column, tolerance in (
             *((c, {"rtol": 0, "atol": METRES}) for c in LENGTHS),
-            *((c, {"rtol": SHARE, "atol": 0}) for c in SHARES),
+            *((c, {"rtol": SHARE, "atol": 2e-4}) for c in SHARES),
         ):
             np.testing.assert_allclose(
                 numbers(row[column]),

@@ -134,8 +134,8 @@ def test_the_policy_lets_nothing_run_but_the_viewer_and_nothing_load():
 def test_the_page_has_verdict_table_notes_and_facts():
     one = shown("two_dancers")
     html = page(one)
-    sentences = verdict(one.fit)
-    assert '<p id="verdict">' + "<br>".join(map(escape, sentences)) + "</p>" in html
+    sentences = "<br>".join(escape(sentence) for sentence in verdict(one.fit))
+    assert f'<p id="verdict">{sentences}</p>' in html
     for joint in one.fit.joints:
         assert f"<button>{joint.joint}</button>" in html
         assert f"<b>{joint.joint}</b>" in html

@@ -268,7 +268,7 @@ def places(answers):
 
 class TestRefits:
     def test_nothing_left_out_is_the_plain_fit(self):
-        fit = fit_recording(short_recording())
+        fit = fit_recording(short_recording(), prior="none")
         found = refits(short_clip(), fit_clip, 3, [0], seed=9)
         assert [a.joint for a in found] == [joint.joint for joint in fit.joints]
         for a, joint in zip(found, fit.joints, strict=True):

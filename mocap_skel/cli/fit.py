@@ -28,8 +28,8 @@ FORMATS = ("csv", "bvh", "c3d", "trc", "parquet")
 @options.overwrite
 @options.estimation
 @click.option(
-    "--up", type=click.Choice(["x", "y", "z"]), help="Turn the results so that this axis points up."
-    "  [default: as in the clip; y for bvh and trc]",
+    "--up", type=click.Choice(["x", "y", "z"]), show_default="as in the clip; y for bvh and trc",
+    help="Turn the results so that this axis points up.",
 )  # fmt: skip
 @click.option("--trim", is_flag=True, help="bvh: leave out incomplete frames at both ends.")
 @click.option(
