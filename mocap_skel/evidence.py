@@ -6,8 +6,10 @@ All of it adds up: evidence of several clips is merged marker by marker, without
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mocap_skel.pose import Array
 from mocap_skel.spherefit import Moments, merge_moments, moved_moments
@@ -45,9 +47,9 @@ class Evidence:
         """(M,) samples."""
         return self.moments.count
 
-    def __getitem__(self, index: Array) -> Evidence:
+    def __getitem__(self, index: NDArray[Any]) -> Evidence:
         """Some of the markers."""
-        parts = {name: getattr(self, name)[index] for name in _OF_EACH}
+        parts: dict[str, Any] = {name: getattr(self, name)[index] for name in _OF_EACH}
         return replace(self, **parts)
 
 
@@ -64,7 +66,9 @@ def merged(a: Evidence, b: Evidence) -> Evidence:
     first = np.where(moments.count > 0, a.count / total, 0.5)
     parts = [(a, first), (b, 1.0 - first)]
     counts = [float(e.count.sum()) for e in (a, b)]
-    square = sum(n * e.sigma**2 for n, e in zip(counts, (a, b), strict=True)) / max(sum(counts), 1.0)
+    square = sum(n * e.sigma**2 for n, e in zip(counts, (a, b), strict=True)) / max(
+        sum(counts), 1.0
+    )
     sigma = float(np.sqrt(square))
 
     def mean(name: str, weights: list[Array]) -> Array:
@@ -82,9 +86,7 @@ def merged(a: Evidence, b: Evidence) -> Evidence:
         away = e.moments.mean - moments.mean
         each = e.leverage
         trace = np.trace(each, axis1=1, axis2=2)[:, None]
-        skew = skew + w[:, None] * (
-            e.skew + trace * away + 2 * np.einsum("mij,mj->mi", each, away)
-        )
+        skew = skew + w[:, None] * (e.skew + trace * away + 2 * np.einsum("mij,mj->mi", each, away))
     return Evidence(
         moments, sigma, mean("noise", levels), mean("leverage", levels), skew, mean("still", shares),
         a.effective + b.effective, mean("smooth", shares), _both(a.shared, b.shared),
@@ -130,7 +132,7 @@ def moved(evidence: Evidence, rotation: Array, shift: Array) -> Evidence:
 
 def placed(evidence: Evidence, places: list[int], count: int) -> Evidence:
     """Its markers at those places among `count`; the others without a sample."""
-    empty = {
+    empty: dict[str, Any] = {
         name: np.zeros((count, *getattr(evidence, name).shape[1:]))
         for name in _OF_EACH
         if name != "moments"

@@ -207,7 +207,8 @@ def fit_centre(
     if not there.all():
         found = fit_centre(
             inside[:, there], sigma, own_sigma, frame, method, noise, each=each, expected=expected,
-            looseness=looseness, shared=shared, pooled=pooled and pooled[there],
+            looseness=looseness, shared=shared, 
+            pooled=None if pooled is None else pooled[there],
         )  # fmt: skip
         if found is None:
             return None
