@@ -207,7 +207,7 @@ def fit_centre(
     if not there.all():
         found = fit_centre(
             inside[:, there], sigma, own_sigma, frame, method, noise, each=each, expected=expected,
-            looseness=looseness, shared=shared, 
+            looseness=looseness, shared=shared,
             pooled=None if pooled is None else pooled[there],
         )  # fmt: skip
         if found is None:

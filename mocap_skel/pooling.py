@@ -127,7 +127,7 @@ def _calibrated(
         for digest, clip, assignment in usable:
             fits[digest] = replace(job, calibration=together).fit(clip, assignment)
         evidence = {d: _known(fits[d], d, called) for d, _, _ in usable}
-    for digest, clip, _ in usable:
+    for digest, _, _ in usable:
         notes += [f"{called[digest]}: {note}" for note in fits[digest].notes]
     calibration = Calibration(skeleton, tuple(evidence[d] for d, _, _ in usable))
     joints = [
