@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 # Metres by which the distance of two markers of a segment may differ between clips: skin shifts the median
 # places of another movement by less (Leardini et al. 2005: 1 to 3 cm from one extreme to the other), and no
 # one puts a marker back more exactly.
-REATTACHED = 0.01
+REATTACHED = 0.015
+# A trunk bends: so many standard deviations about the templates, of both clips, are no re-attachment either.
+SPREADS = 3.0
 # A joint tells how a segment turns about a line of two markers, and nothing that markers tell.
 JOINT_WEIGHT = 1e-3
 # Standard deviation, metres, of a joint of which nothing is known; for shares only.
@@ -38,10 +40,12 @@ class Template:
     Attributes:
         markers: name → (3,).
         joint: (3,) the joint towards the parent; None for the root.
+        rigid: standard deviation of its markers about these places, skin included.
     """
 
     markers: Mapping[str, Array]
     joint: Array | None
+    rigid: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +136,7 @@ def evidence_of(fit: SkeletonFit, digest: str) -> ClipEvidence:
             names = tuple(m for m, s in zip(joint.markers, seen, strict=False) if s)
             joints[joint.joint] = JointEvidence(joint.parent, joint.child, names, own[seen])
     segments = {
-        name: Template(segment.template, segment.joint)
+        name: Template(segment.template, segment.joint, segment.rigid)
         for name, segment in fit.segments.items()
         if segment.drawn_through
     }
@@ -167,7 +171,7 @@ def pooled_evidence(
         rotation, shift = place
         names = list(known.markers)
         other = clip.segments.get(known.child)
-        note = _reattached(other.markers, child.markers) if other else ""
+        note = _reattached(other, child) if other else ""
         if note:
             # The joint is still in the same place, but a marker that moved has another distance from it.
             notes.append(f"{known.child} of {clip.clip} has radii of its own: {note}")
@@ -190,7 +194,7 @@ def aligned(theirs: Template, ours: Template) -> tuple[tuple[Array, Array] | Non
     Least squares over the common markers; where they are fewer than three, or on a line, the joint
     tells the turn about it.
     """
-    note = _reattached(theirs.markers, ours.markers)
+    note = _reattached(theirs, ours)
     if note:
         return None, note
     common = [m for m in ours.markers if m in theirs.markers]
@@ -210,19 +214,20 @@ def aligned(theirs: Template, ours: Template) -> tuple[tuple[Array, Array] | Non
     return (pose.rotation[0], pose.origin[0]), ""
 
 
-def _reattached(theirs: Mapping[str, Array], ours: Mapping[str, Array]) -> str:
+def _reattached(theirs: Template, ours: Template) -> str:
     """Which markers have moved on their segment, and by how much; "" for none."""
-    common = [m for m in ours if m in theirs]
+    common = [m for m in ours.markers if m in theirs.markers]
     if len(common) < 2:
         return ""
-    before, after = (np.array([t[m] for m in common]) for t in (theirs, ours))
+    limit = max(REATTACHED, SPREADS * float(np.hypot(theirs.rigid, ours.rigid)))
+    before, after = (np.array([t.markers[m] for m in common]) for t in (theirs, ours))
     change = np.abs(_distances(before) - _distances(after))
-    if change.max() <= REATTACHED:
+    if change.max() <= limit:
         return ""
-    bad = change > REATTACHED
+    bad = change > limit
     votes = bad.sum(axis=1)
     worst = [common[i] for i in np.flatnonzero(votes == votes.max())]
-    return f"{listed(worst)} re-attached, {1e3 * change.max():.0f} mm from where it was"
+    return f"{listed(worst)} re-attached, distances differ by {1e3 * change.max():.0f} mm"
 
 
 def _distances(points: Array) -> Array:

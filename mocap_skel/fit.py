@@ -64,6 +64,7 @@ class SegmentFit:
         joint: (3,) the joint towards the parent in the segment's own coordinates; None for the root.
         end: (3,) the end point of a leaf in the segment's own coordinates; None for the others.
         drawn_through: names of the three points that give its axes; empty for a segment of one marker.
+        rigid: standard deviation of its markers about the template, metres, skin included.
     """
 
     name: str
@@ -72,6 +73,7 @@ class SegmentFit:
     joint: Array | None
     end: Array | None
     drawn_through: tuple[str, ...] = ()
+    rigid: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -317,6 +319,10 @@ class _Walk:
             found.append(f"place holders, no joint centres (known: no): {listed(unknown, 20)}")
         if self.calibrated:
             found.append(f"from the calibration: {listed(self.calibrated, 20)}")
+        elif self.calibration is not None:
+            found.append(
+                "nothing of the calibration could be used: another actor, other markers, or this clip alone?"
+            )
         return found + self.notes
 
     def visit(self, segment: Segment) -> None:
@@ -394,13 +400,14 @@ class _Walk:
         markers = list(self.markers.get(segment.name, {}))
         own = self.shapes.get(segment.name)
         places = dict(zip(markers, own[0].template, strict=True)) if own else {}
+        rigid = own[0].sigma if own else 0.0
         if len(markers) == 2:
             length = self._distance(*markers)
             if length is not None:
                 places = {m: np.array([i * length, 0, 0]) for i, m in enumerate(markers)}
         found, notes = pooled_evidence(
-            self.calibration, segment.joint, Template(parent.template, parent.joint),
-            Template({m: p for m, p in places.items() if np.isfinite(p).all()}, None), markers,
+            self.calibration, segment.joint, Template(parent.template, parent.joint, parent.rigid),
+            Template({m: p for m, p in places.items() if np.isfinite(p).all()}, None, rigid), markers,
         )  # fmt: skip
         self.notes += [note for note in notes if note not in self.notes]
         return found
@@ -569,5 +576,7 @@ class _Walk:
         # The joint is the last point of a shape that has it.
         names = [*self.markers[segment.name], segment.joint or ""]
         through = tuple(names[i] for i in shape.chosen)
-        self.segments[segment.name] = SegmentFit(segment.name, pose, template, joint, end, through)
+        self.segments[segment.name] = SegmentFit(
+            segment.name, pose, template, joint, end, through, shape.sigma
+        )
         self.frames[segment.name] = frame

@@ -56,6 +56,7 @@ def _clip(clip: ClipEvidence) -> dict[str, Any]:
             name: {
                 "markers": {m: place.tolist() for m, place in t.markers.items()},
                 "joint": None if t.joint is None else t.joint.tolist(),
+                "rigid": t.rigid,
             }
             for name, t in clip.segments.items()
         },
@@ -211,14 +212,16 @@ class _Door:
         )  # fmt: skip
 
     def template(self, entry: Any, where: str) -> Template:
-        self.keys(entry, {"markers", "joint"}, where)
+        self.keys(entry, {"markers", "joint", "rigid"}, where)
         markers = {
             m: self.numbers(place, (3,), f"{where}.markers.{m}")
             for m, place in self.a(entry["markers"], dict, f"{where}.markers").items()
         }
         joint = entry["joint"]
         return Template(
-            markers, None if joint is None else self.numbers(joint, (3,), f"{where}.joint")
+            markers,
+            None if joint is None else self.numbers(joint, (3,), f"{where}.joint"),
+            self.not_negative(entry["rigid"], f"{where}.rigid"),
         )
 
     def joint(self, entry: Any, where: str) -> JointEvidence:
