@@ -15,7 +15,11 @@ POSES = ("least-squares", "triad")
 SHAPED = (BEST, "ugdk", "mgdk", "sgdk")
 
 
-def check_method(method: str, noise: str, sigma: object) -> None:
+# These look at the samples one by one; of other clips there are none.
+BY_SAMPLES = ("igdk", "lls", "mle")
+
+
+def check_method(method: str, noise: str, sigma: object, *, calibrated: bool = False) -> None:
     """Refuse a method, a noise, or two of them that do not go together.
 
     Raises:
@@ -31,3 +35,5 @@ def check_method(method: str, noise: str, sigma: object) -> None:
         raise ValueError(f"{method} takes no noise: leave sigma out")
     if method not in SHAPED and (noise != "rigid" or isinstance(sigma, np.ndarray | tuple)):
         raise ValueError(f"{method} takes no noise matrix and no noise of each marker")
+    if calibrated and method in BY_SAMPLES:
+        raise ValueError(f"{method} needs every sample, a calibration holds moments: leave one out")

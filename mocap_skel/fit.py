@@ -9,6 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.association import Assignment
+from mocap_skel.calibration import (
+    Calibration,
+    Pooled,
+    Template,
+    digest_of,
+    pooled_evidence,
+    share_of,
+)
 from mocap_skel.cases import beside, filled, filled_by_hinge, middle, turned_with
 from mocap_skel.choices import POSES, PRIORS, SHAPED, check_method
 from mocap_skel.clip import Clip
@@ -57,6 +65,7 @@ class SegmentFit:
         joint: (3,) the joint towards the parent in the segment's own coordinates; None for the root.
         end: (3,) the end point of a leaf in the segment's own coordinates; None for the others.
         drawn_through: names of the three points that give its axes; empty for a segment of one marker.
+        rigid: standard deviation of its markers about the template, metres, skin included.
     """
 
     name: str
@@ -65,6 +74,7 @@ class SegmentFit:
     joint: Array | None
     end: Array | None
     drawn_through: tuple[str, ...] = ()
+    rigid: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +137,7 @@ def fit_skeleton(
     noise: str = "rigid",
     search: bool = True,
     prior: str = "skeleton",
+    calibration: Calibration | None = None,
 ) -> SkeletonFit:
     """Fit a skeleton to one subject of a clip.
 
@@ -146,6 +157,8 @@ def fit_skeleton(
             each other, where every step is a jump.
         prior: "skeleton": what the motion does not show is taken from the skeleton's priors, each direction
             by its information. "none": the motion alone, the thesis's pure fit.
+        calibration: what other clips of the actor know of the joints; the clip itself, if it is among
+            them, counts once.
 
     Raises:
         ValueError: no such pose, method, noise or prior, or two that do not go together.
@@ -156,10 +169,11 @@ def fit_skeleton(
         raise ValueError(f"pose must be one of {POSES}, got {pose!r}")
     if prior not in PRIORS:
         raise ValueError(f"prior must be one of {PRIORS}, got {prior!r}")
-    check_method(method, noise, sigma)
+    check_method(method, noise, sigma, calibrated=calibration is not None)
     walk = _Walk(
-        clip, assignment, skeleton, sigma, pose == "triad", method, noise, search, prior != "none"
-    )
+        clip, assignment, skeleton, sigma, pose == "triad", method, noise, search, prior != "none",
+        calibration,
+    )  # fmt: skip
     for segment in skeleton.segments:
         walk.visit(segment)
     # What anatomy alone gives is no fit of this clip.
@@ -196,10 +210,16 @@ class _Walk:
         noise: str,
         search: bool,
         prior: bool,
+        calibration: Calibration | None,
     ) -> None:
         self.clip, self.skeleton, self.triad = clip, skeleton, triad
         self.method, self.search, self.prior = method, search, prior
         self.notes: list[str] = []
+        self.calibrated: list[str] = []
+        if calibration is not None:
+            columns = [c for own in assignment.columns.values() for c in own.values()]
+            calibration = calibration.without(digest_of(clip, columns))
+        self.calibration = calibration
         self.lost: list[str] = []
         self.segments: dict[str, SegmentFit] = {}
         self.frames: dict[str, Frame] = {}
@@ -302,6 +322,12 @@ class _Walk:
         ]
         if unknown:
             found.append(f"place holders, no joint centres (known: no): {listed(unknown, 20)}")
+        if self.calibrated:
+            found.append(f"from the calibration: {listed(self.calibrated, 20)}")
+        elif self.calibration is not None:
+            found.append(
+                "nothing of the calibration could be used: another actor, other markers, or this clip alone?"
+            )
         return found + self.notes
 
     def visit(self, segment: Segment) -> None:
@@ -314,7 +340,7 @@ class _Walk:
         reason = None
         if segment.parent not in self.segments:
             reason = f"{segment.parent} has no pose"
-        elif not markers:
+        elif not markers and self._pooled(segment) is None:
             reason = f"no marker on {segment.name}"
         joint = None
         if not reason:
@@ -349,17 +375,57 @@ class _Walk:
     def _joint(self, segment: Segment) -> JointFit | None:
         assert segment.parent is not None and segment.joint is not None
         parent = self.segments[segment.parent]
-        points = self.points[segment.name]
+        points = self._points(segment)
         inside = parent.pose.to_segment(points)
         expected = self._expected(segment, inside)
-        found = self._centre(segment, inside, expected)
+        pooled = self._pooled(segment)
+        found = self._centre(segment, inside, expected, pooled)
         left = None
-        if self.search and found is not None:
+        if self.search and found is not None and points.shape[1]:
             left = off_sphere(inside, points, found.motion)
         if left is not None:
             self._leave_out(segment.name, left)
-            found = self._centre(segment, np.where(left[..., None], np.nan, inside), expected)
+            inside = np.where(left[..., None], np.nan, inside)
+            found = self._centre(segment, inside, expected, pooled)
+        if found is not None and pooled is not None:
+            found = self._said(segment.joint, segment.name, found, pooled)
         return None if found is None else self._named(segment, found)
+
+    def _points(self, segment: Segment) -> Array:
+        """A segment's markers (frames, M, 3), M = 0 where it has none."""
+        return self.points.get(segment.name, np.empty((self.clip.frames, 0, 3)))
+
+    def _pooled(self, segment: Segment) -> Pooled | None:
+        """What the calibration knows of a segment's joint, in this clip's frame of the parent."""
+        if self.calibration is None or segment.joint is None or segment.parent is None:
+            return None
+        parent = self.segments[segment.parent]
+        if not parent.drawn_through:
+            return None
+        markers = list(self.markers.get(segment.name, {}))
+        own = self.shapes.get(segment.name)
+        places = dict(zip(markers, own[0].template, strict=True)) if own else {}
+        rigid = own[0].sigma if own else 0.0
+        if len(markers) == 2:
+            length = self._distance(*markers)
+            if length is not None:
+                places = {m: np.array([i * length, 0, 0]) for i, m in enumerate(markers)}
+        found, notes = pooled_evidence(
+            self.calibration, segment.joint, Template(parent.template, parent.joint, parent.rigid),
+            Template({m: p for m, p in places.items() if np.isfinite(p).all()}, None, rigid), markers,
+        )  # fmt: skip
+        self.notes += [note for note in notes if note not in self.notes]
+        return found
+
+    def _said(self, joint: str, child: str, found: CentreFit, pooled: Pooled) -> CentreFit:
+        """A centre with the calibration's share in its reason, and as the clip's own columns have it."""
+        share = share_of(pooled.evidence, found.evidence, found.centre)
+        count = len(pooled.clips)
+        words = f"calibration ({count} clip{'s' if count > 1 else ''}) {100 * share:.0f} %"
+        self.calibrated.append(f"{joint}: {words}")
+        reason = "; ".join(filter(None, [found.reason, words]))
+        own = len(self.markers.get(child, {}))
+        return replace(found, reason=reason, radius=found.radius[:own])
 
     def _anatomical(self, segment: Segment, reason: str) -> JointFit | None:
         """A joint that no motion shows, where anatomy has it."""
@@ -385,9 +451,12 @@ class _Walk:
         )
 
     def _centre(
-        self, segment: Segment, inside: Array, expected: Expected | None
+        self, segment: Segment, inside: Array, expected: Expected | None, pooled: Pooled | None
     ) -> CentreFit | None:
         assert segment.parent is not None
+        if pooled is not None:
+            more = len(pooled.markers) - inside.shape[1]
+            inside = np.concatenate([inside, np.full((len(inside), more, 3), np.nan)], axis=1)
         own = self.shapes.get(segment.name)
         return fit_centre(
             inside,
@@ -400,6 +469,7 @@ class _Walk:
             expected=expected,
             looseness=segment.looseness,
             shared=self._shared(segment) if expected is not None else None,
+            pooled=None if pooled is None else pooled.evidence,
         )
 
     def _shared(self, segment: Segment) -> SharedPoint | None:
@@ -511,5 +581,7 @@ class _Walk:
         # The joint is the last point of a shape that has it.
         names = [*self.markers[segment.name], segment.joint or ""]
         through = tuple(names[i] for i in shape.chosen)
-        self.segments[segment.name] = SegmentFit(segment.name, pose, template, joint, end, through)
+        self.segments[segment.name] = SegmentFit(
+            segment.name, pose, template, joint, end, through, shape.sigma
+        )
         self.frames[segment.name] = frame

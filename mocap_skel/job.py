@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_skel.association import Assignment, Association, associate
+from mocap_skel.calibration import Calibration
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
 from mocap_skel.export import Options
@@ -34,6 +35,7 @@ class Job:
         subject: fit this one only.
         sigma: marker noise in metres, or three along the clip's axes; None = estimated.
         pose, method, noise, prior: as `fit_skeleton` takes them.
+        calibration: what other clips of the actor know of the joints.
         unit, rate: in place of what the clip says.
         salvage: read what there is of a clip whose file is cut off.
         options: what the writers are told.
@@ -51,6 +53,7 @@ class Job:
     method: str = BEST
     noise: str = "rigid"
     prior: str = "skeleton"
+    calibration: Calibration | None = None
     unit: str | None = None
     rate: float | None = None
     salvage: bool = False
@@ -69,6 +72,7 @@ class Job:
         return fit_skeleton(
             clip, assignment, self.known.skeleton, sigma=sigma, pose=self.pose,
             method=self.method, noise=self.noise, search=search, prior=self.prior,
+            calibration=self.calibration,
         )  # fmt: skip
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mocap_skel.evidence import Evidence, merged
 from mocap_skel.lever import Lever
 from mocap_skel.pose import Array
 from mocap_skel.posterior import combine, skin_error, with_shared_point
@@ -72,6 +73,7 @@ class CentreFit:
         share: how much of the centre is from the motion, 0 to 1; the rest is anatomy's.
         landmarks: the markers that anatomy's part rests on; empty without a prior.
         source: whose word the prior is.
+        evidence: what this clip's own markers know of the centre; None where they were not used.
     """
 
     centre: Array
@@ -92,6 +94,7 @@ class CentreFit:
     share: float
     landmarks: tuple[str, ...]
     source: str
+    evidence: Evidence | None = field(default=None, kw_only=True)
 
     @property
     def fitted(self) -> bool:
@@ -175,6 +178,7 @@ def fit_centre(
     expected: Expected | None = None,
     looseness: float = 1.0,
     shared: SharedPoint | None = None,
+    pooled: Evidence | None = None,
 ) -> CentreFit | None:
     """The common centre of the child's markers in the parent's frame.
 
@@ -189,6 +193,7 @@ def fit_centre(
         expected: where anatomy has the joint; None for what the motion alone gives.
         looseness: how far the joint is from a ball, as `Segment.looseness`.
         shared: the point that both segments' own poses share, beside `expected` only.
+        pooled: what other clips know of it, in this frame, of the same M markers.
 
     Returns:
         None where no marker has enough samples. A marker that is never seen has the radius NaN.
@@ -197,55 +202,55 @@ def fit_centre(
         DegenerateSphereError: the method has no answer for these samples; `BEST` always has one.
     """
     there = np.asarray(np.isfinite(inside[..., 0]).any(axis=0))
+    if pooled is not None:
+        there |= pooled.count > 0
     if not there.all():
         found = fit_centre(
             inside[:, there], sigma, own_sigma, frame, method, noise, each=each, expected=expected,
             looseness=looseness, shared=shared,
+            pooled=None if pooled is None else pooled[there],
         )  # fmt: skip
         if found is None:
             return None
         radius = np.full(len(there), np.nan)
         radius[there] = found.radius
         return replace(found, radius=radius)
-    moments = sphere_moments(np.swapaxes(inside, 0, 1))
+    own = _own_evidence(inside, sigma, own_sigma, frame, noise, shared)
+    seen = own if pooled is None else merged(own, pooled)
+    moments, sigma, leverage = seen.moments, seen.sigma, seen.leverage
     if moments.count.max(initial=0) < LEAST_SAMPLES:
         return None
-    eye = np.broadcast_to(np.eye(3), (inside.shape[1], 3, 3))
-    lever = Lever.of(frame.shape, noise)
-    leverage = np.zeros_like(eye) if lever is None else lever.covariance(moments)
-    shape = eye if noise is None else np.broadcast_to(noise, eye.shape)
     if each:
-        own, weights = _noise_of_each(moments, sigma, leverage)
-        taken = own + leverage
-        fit = _fit(inside, moments, method, sigma, taken, weights, lever)
-        fit = replace(fit, sigma=fit.sigma * np.sqrt(np.trace(own, axis1=1, axis2=2).mean() / 3))
+        each_own, weights = _noise_of_each(moments, sigma, leverage)
+        taken = each_own + leverage
+        fit = _fit(inside, moments, method, sigma, taken, weights, seen.skew)
+        level = np.sqrt(np.trace(each_own, axis1=1, axis2=2).mean() / 3)
+        fit = replace(fit, sigma=fit.sigma * level)
     else:
-        weights = np.ones(len(eye))
-        taken = shape + leverage
-        fit = _fit(inside, moments, method, sigma, taken, None, lever)
+        weights = np.ones(len(moments.count))
+        taken = seen.noise + leverage
+        fit = _fit(inside, moments, method, sigma, taken, None, seen.skew)
     if expected is not None and not fit.converged:
-        return from_anatomy(expected, f"{method.upper()} did not converge", len(eye))
+        return from_anatomy(expected, f"{method.upper()} did not converge", len(moments.count))
     errors = _radial_errors(inside, fit.centre)
-    effective = effective_counts(errors)
-    residual = _total_root_mean_square(errors)
-    # Skin movement is not independent of the joint's, so it is nothing to take away; but spread that
-    # it alone would make, with the segments' rigid residuals as its size, proves nothing.
-    skin = frame.shape.sigma if frame.shape else own_sigma
-    still = own_sigma**2 * shape + skin**2 * leverage
+    own = replace(own, effective=effective_counts(errors), smooth=smooth_share(errors))
+    seen = own if pooled is None else merged(own, pooled)
+    effective = seen.effective
+    residual = _residual(errors, pooled, fit)
     weakest = float(np.sqrt(max(float(fit.spread.min()), 0.0)))
     rank = int(fit.rank)
-    shown = _shown(rank, weakest, residual, _spread_over_noise(moments, still))
+    shown = _shown(rank, weakest, residual, _spread_over_noise(moments, seen.still))
     if method == "mle":
         weights = 1.0 / np.maximum(fit.radius**2, np.finfo(float).tiny)
-    covariance = _covariance(moments, fit, weights, effective, sigma, still, shown[0] == "yes")
+    covariance = _covariance(moments, fit, weights, effective, sigma, seen.still, shown[0] == "yes")
     soft = skin_error(
-        moments, fit, radial_variance(moments, fit), smooth_share(errors),
+        moments, fit, radial_variance(moments, fit), seen.smooth,
         float(fit.sigma) ** 2 * taken, leverage, _reach(moments), looseness,
     )  # fmt: skip
     # A pure fit stays what it is, with the error that it has.
     centre, total = fit.centre, covariance + soft.covariance
     if expected is not None:
-        centre, total = with_shared_point(centre + soft.shift, total, shared, soft.slide)
+        centre, total = with_shared_point(centre + soft.shift, total, seen.shared, soft.slide)
     both = combine(centre, total, expected)
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     determined, reason = min(
@@ -264,21 +269,58 @@ def fit_centre(
         residual=(
             residual
             if expected is None
-            else _total_root_mean_square(_radial_errors(inside, both.centre))
+            else _residual(
+                _radial_errors(inside, both.centre), pooled, replace(fit, centre=both.centre)
+            )
         ),
         sigma=float(fit.sigma),
         weakest_sd=weakest,
         angle=float(coverage_angle(weakest, _root_mean_square(fit.radius))),
         determined=determined,
         reason=reason,
-        method=_name(method, rank, len(eye)),
+        method=_name(method, rank, len(moments.count)),
         axis=fit.axes[:, 0] if rank == 2 else _square_axis(moments, fit),
         hinge=rank == 2,
         motion=fit.centre,
         share=both.share,
         landmarks=() if expected is None else expected.landmarks,
         source="" if expected is None else expected.source,
+        evidence=own,
     )
+
+
+def _own_evidence(
+    inside: Array,
+    sigma: float,
+    own_sigma: float,
+    frame: Frame,
+    noise: Array | None,
+    shared: SharedPoint | None,
+) -> Evidence:
+    """What the clip's own samples tell, but for what their residuals about a centre do."""
+    moments = sphere_moments(np.swapaxes(inside, 0, 1))
+    eye = np.broadcast_to(np.eye(3), (inside.shape[1], 3, 3))
+    lever = Lever.of(frame.shape, noise)
+    leverage = np.zeros_like(eye) if lever is None else lever.covariance(moments)
+    skew = np.zeros_like(moments.mean) if lever is None else lever.third_moment(moments, inside)
+    shape = eye if noise is None else np.broadcast_to(noise, eye.shape)
+    # Skin movement is not independent of the joint's, so it is nothing to take away; but spread that
+    # it alone would make, with the segments' rigid residuals as its size, proves nothing.
+    skin = frame.shape.sigma if frame.shape else own_sigma
+    still = own_sigma**2 * shape + skin**2 * leverage
+    nothing = np.zeros(len(eye))
+    return Evidence(moments, sigma, shape, leverage, skew, still, nothing, nothing, shared)
+
+
+def _residual(errors: Array, pooled: Evidence | None, fit: SphereFit) -> float:
+    """Root mean square of the clip's own radial residuals, and of the pooled ones by their moments."""
+    own = _total_root_mean_square(errors)
+    if pooled is None:
+        return own
+    count = int(np.isfinite(errors).sum())
+    others = float(pooled.count @ radial_variance(pooled.moments, fit))
+    total = max(count + float(pooled.count.sum()), 1.0)
+    return float(np.sqrt((count * own**2 + others) / total))
 
 
 def _radial_errors(inside: Array, centre: Array) -> Array:
@@ -320,7 +362,7 @@ def _fit(
     sigma: float,
     noise: Array,
     weights: Array | None,
-    lever: Lever | None,
+    skew: Array,
 ) -> SphereFit:
     """The sphere fit with the clip's noise, (M, 3, 3) for a sigma of 1, taken away by what can take it."""
     points = np.swapaxes(inside, 0, 1)
@@ -331,10 +373,9 @@ def _fit(
     level = float(allowed_sigma(moments, sigma, noise))
     if method == "igdk":
         return fit_sphere(points, method, sigma=level, moments=moments)
-    skew = 0.0 if lever is None else level**2 * lever.third_moment(moments, inside)
     return fit_sphere(
         points, "sgdk" if method == BEST else method, sigma=level, noise=noise, weights=weights,
-        moments=replace(moments, third=moments.third - skew),
+        moments=replace(moments, third=moments.third - level**2 * skew),
     )  # fmt: skip
 
 

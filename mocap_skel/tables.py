@@ -81,6 +81,11 @@ def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
     return rows
 
 
+def joint_row(joint: JointFit) -> dict[str, Any]:
+    """The row of a joint apart from a skeleton: without what bones and sides tell."""
+    return _joint_row(joint, (np.nan, np.nan, np.nan))
+
+
 def _joint_row(joint: JointFit, bone: tuple[float, float, float]) -> dict[str, Any]:
     prior = " ".join(joint.landmarks) + (f" ({joint.source})" if joint.source else "")
     x, y, z = map(_number, joint.centre)

@@ -15,6 +15,7 @@ from mocap_skel.errors import CallError, MocapSkelError
 # Command → the line that `mocap-skel --help` shows for it, so that help loads no command.
 COMMANDS = {
     "fit": "Fit a skeleton to clips: joint centres, moving skeleton, evidence.",
+    "calibrate": "Add up what several clips of one actor show of the joints.",
     "draw": "Draw a fitted clip: the skeleton in a frame, joints and bones against time.",
     "report": "Show a clip's skeleton moving, and the evidence for it, on one HTML page.",
     "inspect": "Show what is in a clip before anyone fits it.",

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
 from mocap_skel.cli import options
+from mocap_skel.errors import CallError
 
 if TYPE_CHECKING:
+    from mocap_skel.association import Association
+    from mocap_skel.calibration import Calibration
     from mocap_skel.job import Job
 
 
@@ -21,6 +25,7 @@ class Told(TypedDict):
     method: str
     noise: str
     prior: NotRequired[str]
+    calibration: NotRequired[Path | None]
     unit: str | None
     rate: float | None
     salvage: bool
@@ -41,8 +46,27 @@ def job_of(told: Told, **more: Any) -> Job:
     from mocap_skel.association import read_association
     from mocap_skel.job import Job
 
+    association = None if name is None else read_association(name, skeleton)
+    calibration = _calibration(told, association)
     return Job(
-        association=None if name is None else read_association(name, skeleton),
+        association=association, calibration=calibration,
         subject=told["subject"], sigma=told["sigma"], pose=told["pose"], method=told["method"],
         noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"], salvage=told["salvage"], **more,
     )  # fmt: skip
+
+
+def _calibration(told: Told, association: Association | None) -> Calibration | None:
+    path = told.get("calibration")
+    if path is None:
+        return None
+    if association is None:
+        # Names that are guessed clip by clip need not be the same in another clip.
+        raise CallError("--calibration needs the --assoc that it was made with")
+    from mocap_skel.choices import check_method
+    from mocap_skel.export.calibration_json import read_calibration
+
+    try:
+        check_method(told["method"], told["noise"], told["sigma"], calibrated=True)
+    except ValueError as error:
+        raise CallError(str(error)) from error
+    return read_calibration(path, association.skeleton)

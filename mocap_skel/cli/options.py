@@ -182,6 +182,11 @@ prior = click.option(
     help="What the movement does not show is taken from anatomy, as the skeleton file has it; none: from "
     "the movement alone, the thesis's pure fit.",
 )  # fmt: skip
+calibration = click.option(
+    "--calibration", metavar="FILE", type=click.Path(path_type=Path),
+    help="What other clips of the actor know of the joints, from mocap-skel calibrate; the clip's own "
+    "movement adds to it.",
+)  # fmt: skip
 seed = click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is drawn."
 )
@@ -253,5 +258,5 @@ def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
 rig = _together(*_RIG)
 which = _together(association, skeleton, subject)
 pure_estimation = _together(sigma, pose, method, noise)
-estimation = _together(pure_estimation, prior)
+estimation = _together(pure_estimation, prior, calibration)
 reading = _together(unit, rate, salvage)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.fit import SkeletonFit
 from mocap_skel.joint import JointFit
+
+if TYPE_CHECKING:
+    from mocap_skel.pooling import Calibrated
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: frozenset[int]) -> str:
@@ -84,6 +88,22 @@ def joint_cells(joint: JointFit) -> tuple[str, ...]:
 
 def _known(value: float, form: str, unit: str = "") -> str:
     return f"{value:{form}}{unit}" if np.isfinite(value) else "-"
+
+
+def calibration_table(done: Calibrated) -> str:
+    """One line a joint of all clips together, and how much of it each clip gave."""
+    names = [clip.clip for clip in done.calibration.clips]
+    head = (*JOINT_HEAD[:-1], *names)
+    rows = [
+        (
+            *joint_cells(found.joint)[:-1],
+            *(f"{100 * found.shares.get(name, 0.0):.0f} %" for name in names),
+        )
+        for found in done.joints
+    ]
+    frames = ", ".join(f"{c.clip} {c.frames} frames" for c in done.calibration.clips)
+    title = f"{len(names)} clip{'s' if len(names) > 1 else ''} of one actor: {frames}"
+    return f"{title}\n{table(head, rows, frozenset({0, 1, 2}))}"
 
 
 def clip_table(clip: Clip, markers: Sequence[dict[str, object]]) -> str:

@@ -20,7 +20,7 @@ from mocap_skel.spherefit.estimators import (
 )
 from mocap_skel.spherefit.least_squares import lls, mle
 from mocap_skel.spherefit.methods import METHODS, NOISELESS, fit_sphere
-from mocap_skel.spherefit.moments import Moments, merge_moments, sphere_moments
+from mocap_skel.spherefit.moments import Moments, merge_moments, moved_moments, sphere_moments
 from mocap_skel.spherefit.noise import (
     MarkerNoise,
     isotropic,
@@ -56,6 +56,7 @@ __all__ = [
     "merge_moments",
     "mgdk",
     "mle",
+    "moved_moments",
     "pratt",
     "radial_noise_matrix",
     "radial_variance",

@@ -172,6 +172,12 @@ def merge_moments(a: Moments, b: Moments) -> Moments:
     )
 
 
+def moved_moments(m: Moments, rotation: Array, shift: Array) -> Moments:
+    """Moments of the points y = rotation x + shift, for a rotation (D, D) and a shift (D,), metres."""
+    turned = rotation @ m.covariance @ rotation.T
+    return Moments(m.count, m.mean @ rotation.T + shift, turned, m.third @ rotation.T, m.fourth)
+
+
 def _sums_about(m: Moments, centre: Array) -> tuple[Array, Array, Array]:
     """Σ d dᵀ, Σ d |d|² and Σ |d|⁴ of a set whose deviations d are taken from another centre."""
     below = np.maximum(m.count - 1.0, 0.0)

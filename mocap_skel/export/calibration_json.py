@@ -1,0 +1,268 @@
+"""A calibration as a file that people can read: JSON, its format with a version, lengths in metres."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mocap_skel.calibration import Calibration, ClipEvidence, JointEvidence, Template
+from mocap_skel.errors import CallError
+from mocap_skel.evidence import Evidence
+from mocap_skel.pooling import CalibratedJoint
+from mocap_skel.pose import Array
+from mocap_skel.skeleton import Skeleton
+from mocap_skel.spherefit import Moments
+from mocap_skel.two_sided import SharedPoint
+
+FORMAT = "mocap-skel calibration 1"
+_MOMENTS: dict[str, tuple[int, ...]] = {
+    "count": (), "mean": (3,), "covariance": (3, 3), "third": (3,), "fourth": (),
+}  # fmt: skip
+_EVIDENCE: dict[str, tuple[int, ...]] = {
+    "noise": (3, 3), "leverage": (3, 3), "skew": (3,), "still": (3, 3), "effective": (), "smooth": (),
+}  # fmt: skip
+
+
+def calibration_json(calibration: Calibration, joints: Sequence[CalibratedJoint]) -> str:
+    """The file's text. `joints` is for people to read; what a fit uses is under `clips`."""
+    content = {
+        "format": FORMAT,
+        "skeleton": calibration.skeleton,
+        "unit": "m",
+        "joints": {j.joint.joint: _summary(j) for j in joints},
+        "clips": [_clip(clip) for clip in calibration.clips],
+    }
+    return _laid_out(content) + "\n"
+
+
+def _summary(found: CalibratedJoint) -> dict[str, Any]:
+    joint = found.joint
+    return {
+        "parent": joint.parent, "child": joint.child, "in_the_frame_of_clip": found.clip,
+        "centre": joint.centre.tolist(), "covariance": joint.covariance.tolist(),
+        "known": joint.determined, "markers": list(joint.markers), "shares": found.shares,
+    }  # fmt: skip
+
+
+def _clip(clip: ClipEvidence) -> dict[str, Any]:
+    return {
+        "clip": clip.clip, "subject": clip.subject, "frames": clip.frames, "rate": clip.rate,
+        "digest": clip.digest,
+        "segments": {
+            name: {
+                "markers": {m: place.tolist() for m, place in t.markers.items()},
+                "joint": None if t.joint is None else t.joint.tolist(),
+                "rigid": t.rigid,
+            }
+            for name, t in clip.segments.items()
+        },
+        "joints": {name: _joint(joint) for name, joint in clip.joints.items()},
+    }  # fmt: skip
+
+
+def _joint(joint: JointEvidence) -> dict[str, Any]:
+    e = joint.evidence
+    markers = {}
+    for i, name in enumerate(joint.markers):
+        one = {key: getattr(e.moments, key)[i].tolist() for key in _MOMENTS}
+        markers[name] = one | {key: getattr(e, key)[i].tolist() for key in _EVIDENCE}
+    shared = e.shared and {
+        "centre": e.shared.centre.tolist(), "turns": e.shared.turns.tolist(),
+        "residual": e.shared.residual,
+    }  # fmt: skip
+    return {
+        "parent": joint.parent, "child": joint.child, "sigma": e.sigma, "markers": markers,
+        "shared": shared,
+    }  # fmt: skip
+
+
+def _laid_out(value: Any, depth: int = 0) -> str:
+    """JSON with a line for each key, and lists of numbers on one."""
+    if isinstance(value, dict) and value:
+        pad = "  " * (depth + 1)
+        inner = ",\n".join(
+            f"{pad}{json.dumps(k, ensure_ascii=False)}: {_laid_out(v, depth + 1)}"
+            for k, v in value.items()
+        )
+        return "{\n" + inner + "\n" + "  " * depth + "}"
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        pad = "  " * (depth + 1)
+        inner = ",\n".join(pad + _laid_out(v, depth + 1) for v in value)
+        return "[\n" + inner + "\n" + "  " * depth + "]"
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+
+
+def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibration:
+    """Read a calibration.
+
+    Args:
+        path: the file.
+        skeleton: the figure that it is to be used for.
+
+    Raises:
+        CallError: there is no such file, it is no calibration, of another figure, or something in it is
+            wrong; the message says where.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CallError(f"{path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise CallError(
+            f"{path}: is no calibration: {error}", "mocap-skel calibrate writes one"
+        ) from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        found = content.get("format") if isinstance(content, dict) else None
+        raise CallError(
+            f"{path}: is no calibration: format {found!r} instead of {FORMAT!r}",
+            "mocap-skel calibrate writes one",
+        )
+    door = _Door(path)
+    door.keys(content, {"format", "skeleton", "unit", "joints", "clips"}, "the file")
+    if content["unit"] != "m":
+        raise door.wrong("unit", f"must be 'm', got {content['unit']!r}")
+    name = door.text(content["skeleton"], "skeleton")
+    if skeleton is not None and name != skeleton.name:
+        raise CallError(
+            f"{path}: is of the skeleton {name!r}, not of {skeleton.name!r}",
+            "calibrate with the same association file",
+        )
+    clips = tuple(
+        door.clip(entry, f"clips[{i}]")
+        for i, entry in enumerate(door.a(content["clips"], list, "clips"))
+    )
+    if skeleton is not None:
+        _check_known(path, clips, skeleton)
+    return Calibration(name, clips)
+
+
+def _check_known(path: Path, clips: Sequence[ClipEvidence], skeleton: Skeleton) -> None:
+    joints = {s.joint: s for s in skeleton.segments if s.joint}
+    for clip in clips:
+        for name, joint in clip.joints.items():
+            own = joints.get(name)
+            if own is None or (own.parent, own.name) != (joint.parent, joint.child):
+                raise CallError(
+                    f"{path}: {clip.clip}: the skeleton {skeleton.name!r} has no joint {name} from "
+                    f"{joint.parent} to {joint.child}"
+                )
+            if joint.parent not in clip.segments:
+                raise CallError(f"{path}: {clip.clip}: {name}: no segment {joint.parent} beside it")
+
+
+class _Door:
+    """Checks of values, each with its place in the file."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def wrong(self, where: str, what: str) -> CallError:
+        return CallError(f"{self.path}: {where} {what}")
+
+    def a(self, value: Any, kind: type, where: str) -> Any:
+        if not isinstance(value, kind) or isinstance(value, bool):
+            raise self.wrong(where, f"must be a {kind.__name__}, got {value!r:.40}")
+        return value
+
+    def text(self, value: Any, where: str) -> str:
+        return str(self.a(value, str, where))
+
+    def keys(self, value: Any, wanted: set[str], where: str) -> None:
+        self.a(value, dict, where)
+        for key in sorted(wanted ^ set(value)):
+            what = f"lacks {key!r}" if key in wanted else f"has an unknown key {key!r}"
+            raise self.wrong(where, what)
+
+    def numbers(self, value: Any, shape: tuple[int, ...], where: str) -> Array:
+        try:
+            found = np.array(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            found = np.empty(0)
+        if found.shape != shape or not np.isfinite(found).all():
+            raise self.wrong(where, f"must be numbers of shape {shape}, got {value!r:.40}")
+        return found
+
+    def not_negative(self, value: Any, where: str) -> float:
+        found = float(self.numbers(value, (), where))
+        if found < 0:
+            raise self.wrong(where, f"must not be negative, got {found:g}")
+        return found
+
+    def clip(self, entry: Any, where: str) -> ClipEvidence:
+        wanted = {"clip", "subject", "frames", "rate", "digest", "segments", "joints"}
+        self.keys(entry, wanted, where)
+        segments = {
+            name: self.template(t, f"{where}.segments.{name}")
+            for name, t in self.a(entry["segments"], dict, f"{where}.segments").items()
+        }
+        joints = {
+            name: self.joint(j, f"{where}.joints.{name}")
+            for name, j in self.a(entry["joints"], dict, f"{where}.joints").items()
+        }
+        return ClipEvidence(
+            self.text(entry["clip"], f"{where}.clip"),
+            self.text(entry["subject"], f"{where}.subject"),
+            int(self.not_negative(entry["frames"], f"{where}.frames")),
+            self.not_negative(entry["rate"], f"{where}.rate"),
+            self.text(entry["digest"], f"{where}.digest"), segments, joints,
+        )  # fmt: skip
+
+    def template(self, entry: Any, where: str) -> Template:
+        self.keys(entry, {"markers", "joint", "rigid"}, where)
+        markers = {
+            m: self.numbers(place, (3,), f"{where}.markers.{m}")
+            for m, place in self.a(entry["markers"], dict, f"{where}.markers").items()
+        }
+        joint = entry["joint"]
+        return Template(
+            markers,
+            None if joint is None else self.numbers(joint, (3,), f"{where}.joint"),
+            self.not_negative(entry["rigid"], f"{where}.rigid"),
+        )
+
+    def joint(self, entry: Any, where: str) -> JointEvidence:
+        self.keys(entry, {"parent", "child", "sigma", "markers", "shared"}, where)
+        markers = self.a(entry["markers"], dict, f"{where}.markers")
+        for name, one in markers.items():
+            self.keys(one, {*_MOMENTS, *_EVIDENCE}, f"{where}.markers.{name}")
+            for key in ("count", "fourth", "effective", "smooth"):
+                self.not_negative(one[key], f"{where}.markers.{name}.{key}")
+        if not markers:
+            raise self.wrong(f"{where}.markers", "is empty")
+
+        def all_of(key: str, shape: tuple[int, ...]) -> Array:
+            return np.array(
+                [
+                    self.numbers(one[key], shape, f"{where}.markers.{name}.{key}")
+                    for name, one in markers.items()
+                ]
+            )
+
+        moments = Moments(**{key: all_of(key, shape) for key, shape in _MOMENTS.items()})
+        parts = {key: all_of(key, shape) for key, shape in _EVIDENCE.items()}
+        evidence = Evidence(
+            moments=moments,
+            sigma=self.not_negative(entry["sigma"], f"{where}.sigma"),
+            shared=self.shared(entry["shared"], f"{where}.shared"),
+            **parts,
+        )
+        return JointEvidence(
+            self.text(entry["parent"], f"{where}.parent"),
+            self.text(entry["child"], f"{where}.child"),
+            tuple(markers),
+            evidence,
+        )
+
+    def shared(self, entry: Any, where: str) -> SharedPoint | None:
+        if entry is None:
+            return None
+        self.keys(entry, {"centre", "turns", "residual"}, where)
+        return SharedPoint(
+            self.numbers(entry["centre"], (3,), f"{where}.centre"),
+            self.numbers(entry["turns"], (3, 3), f"{where}.turns"),
+            self.not_negative(entry["residual"], f"{where}.residual"),
+        )
