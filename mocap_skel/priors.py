@@ -22,6 +22,8 @@ BONE_ERROR = 0.02
 CARRYING_ERROR = 0.04
 # Sine of the bend from which the plane of the two bones tells the axis.
 LEAST_BEND = 0.15
+# Cosine between the bone above and the way inward from which that is no longer square to it.
+LEAST_SQUARE = 0.5
 # Beyond such sizes a clip is in the wrong unit.
 SIZES = (0.1, 10.0)
 
@@ -154,8 +156,12 @@ def _hinge_step(
     direction = inward(
         marker - upper, lower.mean - marker, shift, around.size, lower.covariance, aside
     )
-    step = direction * shift.by * around.size
-    return step if np.isfinite(step).all() else None
+    # Inward is square to the bone but for the joint's depth; where marker, joints and bones are all in line,
+    # nothing says which way it is.
+    along = abs(float(direction @ (marker - upper)))
+    if not along < LEAST_SQUARE * np.linalg.norm(marker - upper):
+        return None
+    return np.asarray(direction * shift.by * around.size)
 
 
 def hinge_shift(priors: Sequence[Prior]) -> tuple[str, Shift] | None:
