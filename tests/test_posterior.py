@@ -258,6 +258,17 @@ def test_a_direction_that_was_not_solved_is_no_worse_for_skin():
     assert abs(found.shift[1]) < 1e-9
 
 
+@settings(max_examples=50, deadline=None)
+@given(vectors)
+def test_the_unsolved_direction_does_not_hang_on_rounding(turn):
+    """However the frame lies: a direction that rounding takes for shown would be off by the whole reach."""
+    bend = np.linspace(0, 1.5, 50)
+    arc = np.stack([0.4 * np.cos(bend), 0 * bend, 0.4 * np.sin(bend)], axis=-1)[:, None]
+    rotation = from_vector(turn)
+    one, turned = skin_of(arc, residual=1e-5), skin_of(arc @ rotation.T, residual=1e-5)
+    assert np.trace(turned.covariance) == pytest.approx(np.trace(one.covariance), rel=1e-6)
+
+
 def test_a_marker_at_the_centre_breaks_nothing():
     points = np.zeros((20, 1, 3))
     moments = sphere_moments(np.swapaxes(points, 0, 1))

@@ -130,10 +130,10 @@ def test_a_mirrored_clip_has_mirrored_joints(walking):
 
     for one in walked.joints:
         two = joint(found, twin(one.joint))
-        # Frames are drawn through other markers of the mirrored shape; medians along their axes, of tracks with
-        # millimetres of noise, agree to micrometres.
-        assert np.nanmax(np.abs(two.track * [1.0, -1.0, 1.0] - one.track)) < 5e-6, one.joint
-        assert two.share == pytest.approx(one.share, abs=1e-4)
+        # Rounding: sums over 599 frames of lengths of metres, and inverses of condition 1e4.
+        assert np.nanmax(np.abs(two.track * [1.0, -1.0, 1.0] - one.track)) < 1e-9, one.joint
+        assert two.share == pytest.approx(one.share, abs=1e-9)
+        assert np.trace(two.covariance) == pytest.approx(np.trace(one.covariance), rel=1e-6)
 
 
 def test_the_order_of_markers_does_not_matter(walking, walked):

@@ -83,7 +83,10 @@ def test_turns_within_the_wobble_of_poses_are_none():
 def test_how_the_frames_are_drawn_does_not_matter(turn, shift, child_turn, child_shift):
     """Another frame of the child: the same point. Another of the parent: the point in that frame."""
     parent, child = poses(ball(60), noise=0.002)
+    drift = 0.005 * np.sin(np.linspace(0, 9, 60))[:, None] * [1.0, 0.5, 0.0]
+    child = Pose(child.rotation, child.origin + np.einsum("fij,fj->fi", parent.rotation, drift))
     first = shared_point(parent, child)
+    assert first.residual > 1e-6
     other = from_vector(turn)
     new_parent = Pose(parent.rotation @ other, parent.to_lab(shift))
     new_child = Pose(child.rotation @ from_vector(child_turn), child.to_lab(child_shift))
@@ -91,6 +94,7 @@ def test_how_the_frames_are_drawn_does_not_matter(turn, shift, child_turn, child
     # Condition 10, lengths of metres.
     assert np.abs(shift + other @ found.centre - first.centre).max() < 1e-8
     assert np.abs(other @ found.turns @ other.T - first.turns).max() < 1e-8
+    assert abs(found.residual - first.residual) < 1e-10
 
 
 @pytest.mark.parametrize("known", [0, 3])
