@@ -1,6 +1,8 @@
 """A whole fit with priors: what they leave alone, what they mend, and that no choice of the clip's sways them."""
 
 import json
+import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -286,3 +288,32 @@ def test_associate_and_fit_take_the_same_figure(walking):
     whole = fit_recording(walking)
     assert joint(fit, "LeftHip").landmarks == joint(whole, "LeftHip").landmarks
     assert joint(fit, "LeftKnee").source == "ANSUR width"
+
+
+# --- the documentation
+
+
+def test_the_console_blocks_of_the_priors_page_are_true(tmp_path):
+    """Every command of docs/priors.md runs and prints what the page shows."""
+    shutil.copytree(ROOT / "sample_data", tmp_path / "sample_data")
+    text = (ROOT / "docs" / "priors.md").read_text()
+    shown = 0
+    for block in re.findall(r"```console\n(.*?)```", text, re.S):
+        for part in re.split(r"^\$ ", block, flags=re.M)[1:]:
+            line, _, expected = part.partition("\n")
+            command = re.sub(r"^mocap-skel", f"{sys.executable} -m mocap_skel", line)
+            done = subprocess.run(
+                command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=60
+            )
+            assert (done.stdout + done.stderr).strip() == expected.strip(), line
+            shown += 1
+    assert shown == 2
+
+
+def test_the_priors_page_names_the_source_of_every_prior():
+    text = (ROOT / "docs" / "priors.md").read_text()
+    for segment in read_skeleton("human").segments:
+        for prior in segment.priors:
+            name, _, year = prior.source.partition(" ")
+            if year.isdigit():
+                assert re.search(rf"^- {name}, .*\({year}\)", text, re.M), prior.source
