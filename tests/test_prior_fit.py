@@ -290,6 +290,31 @@ def test_associate_and_fit_take_the_same_figure(walking):
     assert joint(fit, "LeftKnee").source == "ANSUR width"
 
 
+@pytest.mark.real
+@pytest.mark.parametrize("side", ["R", "L"])
+@pytest.mark.parametrize(
+    ("medial", "limit"), [(True, 0.02), (False, 0.03)], ids=["medial", "trochanter"]
+)
+def test_a_real_leg_on_its_own_has_its_knee_between_the_epicondyles(
+    shared_clips, tmp_path, side, medial, limit
+):
+    """With the medial marker in the fit and without it: within two sd of the prior that then counts."""
+    thigh = "UpperRightLeg" if side == "R" else "UpperLeftLeg"
+    lines = [f"@skeleton {'right' if side == 'R' else 'left'}_leg", f"{side}GT {side}GTR"]
+    lines += [f"{side}LFE {side}KNE", f"{side}LM {side}ANK", f"{side}CAL {side}HEE"]
+    lines += [f"{side}THI{i} {side}THI{i} {thigh}" for i in (1, 2, 3)]
+    lines += [f"{side}LEG{i} {side}LEG{i} {thigh.replace('Upper', 'Lower')}" for i in (1, 2, 3)]
+    lines += [f"{side}MFE {side}MFE {thigh}"] if medial else []
+    path = tmp_path / "leg.txt"
+    path.write_text("\n".join(lines))
+    clip = read_clip(shared_clips / "functional_knee" / "right_knee.c3d")
+    knee = fit_clip(clip, read_association(path)).joints[0]
+    assert knee.landmarks == (f"{side}KNE", f"{side}MFE" if medial else f"{side}GTR")
+    ends = [clip.points[:, clip.labels.index(side + name)] for name in ("LFE", "MFE")]
+    away = np.linalg.norm(knee.track - np.mean(ends, axis=0), axis=1)
+    assert np.nanmedian(away) < limit
+
+
 # --- the documentation
 
 
