@@ -91,15 +91,15 @@ def skin_error(
     each = residual * smooth
     skin = max(float(weight @ each), (np.finfo(float).eps * reach) ** 2)
     places = _places(cap, away.T @ weight)
-    values, axes = np.linalg.eigh(cap)
     # What was not solved is no worse for skin.
-    shown = values > np.finfo(float).eps * max(values[-1], 0.0)
-    known = np.where(shown, values, 1.0) * places / skin + 1.0 / reach**2
+    values, axes = np.linalg.eigh(solved.T @ cap @ solved)
+    axes = solved @ axes
+    known = np.maximum(values, 0.0) * places / skin + 1.0 / reach**2
     # Between none and all of it: the middle, and as far to either side.
     extra = 0.5 * (each[:, None, None] * np.eye(3) + ALONG * skin * leverage)
     shift = _noise_shift(part, weight, moved, extra, away)
     slide = (looseness * SLIDE) ** 2 * skin / places
-    covariance = (axes * np.where(shown, 1.0 / known, 0.0)) @ axes.T + np.outer(shift, shift)
+    covariance = (axes / known) @ axes.T + np.outer(shift, shift)
     return Skin(covariance + slide * np.eye(3), shift, slide)
 
 

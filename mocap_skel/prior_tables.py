@@ -25,6 +25,8 @@ class Shift:
         by: metres beside that, for a person of 1.75 m.
         toward: hinge: markers of the child far down its bone.
         beside: hinge: metres by which these lie beside the bone, on the landmark's side.
+        upper: hinge: landmarks that stand for the bone's upper joint where the parent is the root and has none.
+        aside: hinge: metres by which these lie beside the bone, on the landmark's side.
     """
 
     line: tuple[str, ...] = ()
@@ -35,6 +37,8 @@ class Shift:
     by: float = 0.0
     toward: tuple[str, ...] = ()
     beside: float = 0.0
+    upper: tuple[str, ...] = ()
+    aside: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -85,11 +89,13 @@ def _prior(entry: Any, places: Places, i: int) -> Prior:
 def _shift(entry: Any, places: Places, i: int) -> Shift:
     here = places.of(i, "prior.shift")
     entry = is_a(entry, dict, here, "shift: a list of tables")
-    known = {"line", "across", "hinge", "ratio", "of", "by", "toward", "beside"}
+    known = {
+        "line", "across", "hinge", "ratio", "of", "by", "toward", "beside", "upper", "aside",
+    }  # fmt: skip
     known_keys(entry, known, places, i, "prior.shift.")
     points = {
         key: names(entry.get(key, []), places, i, f"prior.shift.{key}")
-        for key in ("line", "across", "of", "toward")
+        for key in ("line", "across", "of", "toward", "upper")
     }
     for key, count in (("line", 2), ("across", 4), ("of", 2)):
         if len(points[key]) not in (0, count):
@@ -105,13 +111,14 @@ def _shift(entry: Any, places: Places, i: int) -> Shift:
         )
     numbers = {
         key: number(entry.get(key, 0.0), here, f"{key} is a number")
-        for key in ("ratio", "by", "beside")
+        for key in ("ratio", "by", "beside", "aside")
     }
     if hinge and not numbers["by"] > 0:
         raise SkeletonError(f"{here}: a shift along a hinge needs its length in metres, by = ...")
     return Shift(
         line=points["line"], across=points["across"], of=points["of"], toward=points["toward"],
         hinge=hinge, ratio=numbers["ratio"], by=numbers["by"], beside=numbers["beside"],
+        upper=points["upper"], aside=numbers["aside"],
     )  # fmt: skip
 
 

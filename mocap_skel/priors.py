@@ -22,6 +22,8 @@ BONE_ERROR = 0.02
 CARRYING_ERROR = 0.04
 # Sine of the bend from which the plane of the two bones tells the axis.
 LEAST_BEND = 0.15
+# Cosine between the bone above and the way inward from which that is no longer square to it.
+LEAST_SQUARE = 0.5
 # Beyond such sizes a clip is in the wrong unit.
 SIZES = (0.1, 10.0)
 
@@ -113,7 +115,7 @@ def _mean(
     total = np.zeros(3)
     for shift in prior.shifts:
         step = (
-            _hinge_step(shift, mean, around)
+            _hinge_step(shift, mean, place, around)
             if shift.hinge
             else _landmark_step(shift, place, around)
         )
@@ -140,15 +142,26 @@ def _landmark_step(
     return np.asarray(along / size * (shift.ratio * length + shift.by * around.size))
 
 
-def _hinge_step(shift: Shift, marker: Array, around: Surroundings) -> Array | None:
-    lower = around.lower(shift.toward)
-    if lower is None or around.upper is None:
+def _hinge_step(
+    shift: Shift, marker: Array, place: Callable[[str], Array | None], around: Surroundings
+) -> Array | None:
+    lower, upper, aside = around.lower(shift.toward), around.upper, 0.0
+    if upper is None:
+        stand_ins = [place(name) for name in shift.upper]
+        known = [p for p in stand_ins if p is not None]
+        if known and len(known) == len(stand_ins):
+            upper, aside = np.mean(known, axis=0), shift.aside
+    if lower is None or upper is None:
         return None
     direction = inward(
-        marker - around.upper, lower.mean - marker, shift, around.size, lower.covariance
+        marker - upper, lower.mean - marker, shift, around.size, lower.covariance, aside
     )
-    step = direction * shift.by * around.size
-    return step if np.isfinite(step).all() else None
+    # Inward is square to the bone but for the joint's depth; where marker, joints and bones are all in line,
+    # nothing says which way it is.
+    along = abs(float(direction @ (marker - upper)))
+    if not along < LEAST_SQUARE * np.linalg.norm(marker - upper):
+        return None
+    return np.asarray(direction * shift.by * around.size)
 
 
 def hinge_shift(priors: Sequence[Prior]) -> tuple[str, Shift] | None:
@@ -162,12 +175,17 @@ def hinge_shift(priors: Sequence[Prior]) -> tuple[str, Shift] | None:
 
 
 def inward(
-    above: Array, below: Array, shift: Shift, size: float, swing: Array | float = 0.0
+    above: Array,
+    below: Array,
+    shift: Shift,
+    size: float,
+    swing: Array | float = 0.0,
+    aside: float = 0.0,
 ) -> Array:
     """Direction from a marker beside a hinge joint to the joint, square to the bones on both sides.
 
     With v the direction, the joint is at depth v from the marker; both bones are square to v, so that
-    v·above = -depth and v·below = depth - beside, for the latter in every frame of the motion. Their
+    v·above = aside - depth and v·below = depth - beside, for the latter in every frame of the motion. Their
     weighted squares are a quadratic form in v, whose weakest direction is where the length of v = 1 has
     to come from; which way, the sense of the bend tells (a knee bends backwards, an elbow forwards), and
     a straight limb tells nothing but the line through its ends, which the marker is beside.
@@ -178,6 +196,7 @@ def inward(
         shift: the joint's depth, the side, and how far that place is beside the bone.
         size: the subject's.
         swing: (..., 3, 3) covariance of that place, m².
+        aside: how far beside the bone the upper end is, 0 for a joint; metres in a person of 1.75 m.
 
     Returns:
         (..., 3), unit vectors; NaN where marker and joints are all in one place, or one is missing.
@@ -188,7 +207,7 @@ def inward(
     normal = shift.hinge * np.cross(d, s)
     form = d[..., :, None] * d[..., None, :] / BONE_ERROR**2
     form = form + (swing + s[..., :, None] * s[..., None, :]) / CARRYING_ERROR**2
-    right = -depth * d / BONE_ERROR**2 + (depth - beside) * s / CARRYING_ERROR**2
+    right = (aside * size - depth) * d / BONE_ERROR**2 + (depth - beside) * s / CARRYING_ERROR**2
     values, axes = np.linalg.eigh(form)
     weakest = axes[..., :, 0]
     weakest = (

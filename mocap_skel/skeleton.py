@@ -6,7 +6,7 @@ import re
 import tomllib
 from collections import Counter
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,8 @@ STANDARD = "human"
 SEGMENT_KEYS = {
     "name", "parent", "joint", "markers", "ends", "prior", "looseness", "movement", *REST_KEYS,
 }  # fmt: skip
+# What a joint takes from the one of its name in another file (`like`), key → attribute.
+TAKEN = {"prior": "priors", "looseness": "looseness", "movement": "movement"}
 
 
 @dataclass(frozen=True)
@@ -110,12 +112,17 @@ def read_skeleton(source: str | Path) -> Skeleton:
         raise SkeletonError(
             f"{source}: no such skeleton file", hint or f"shipped ones: {', '.join(known)}"
         )
+    return _read(path)
+
+
+def _read(path: Path, readers: tuple[Path, ...] = ()) -> Skeleton:
+    """Read a file that the others are `like`."""
     text = read_text(path, SkeletonError)
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise SkeletonError(_toml_problem(path, text, str(error))) from error
-    return _build(data, Places(path, text))
+    return _build(data, Places(path, text), (*readers, path.resolve()))
 
 
 def shipped_with_root(seen: Collection[str]) -> list[str]:
@@ -135,8 +142,8 @@ def _toml_problem(path: Path, text: str, problem: str) -> str:
     return f"{path}:{text.count(chr(10)) + 1}:1: {problem.removesuffix(' (at end of document)')}"
 
 
-def _build(data: dict[str, Any], places: Places) -> Skeleton:
-    known_keys(data, {"name", "landmarks", "sizes", "segment"}, places, None)
+def _build(data: dict[str, Any], places: Places, readers: tuple[Path, ...]) -> Skeleton:
+    known_keys(data, {"name", "like", "landmarks", "sizes", "segment"}, places, None)
     entries = data.get("segment")
     if not isinstance(entries, list) or not entries:
         raise SkeletonError(f"{places.of(None)}: no [[segment]] in it")
@@ -144,7 +151,37 @@ def _build(data: dict[str, Any], places: Places) -> Skeleton:
     _check_tree(segments, places)
     name = is_a(data.get("name", places.path.stem), str, places.of(None, "name"), "name: a text")
     landmarks, sizes = read_landmarks(data, places), read_sizes(data, places)
+    if "like" in data:
+        model = _model(data["like"], places, readers)
+        segments = [_taken(s, e, model) for s, e in zip(segments, entries, strict=True)]
+        landmarks = {**model.landmarks, **landmarks}
+        sizes = sizes if "sizes" in data else model.sizes
     return Skeleton(name, tuple(_in_order(segments, places)), landmarks, sizes)
+
+
+def _model(name: Any, places: Places, readers: tuple[Path, ...]) -> Skeleton:
+    """The skeleton that a file is `like`: a file beside it, or a shipped one by its bare name."""
+    here = places.of(None, "like")
+    beside = places.path.parent / is_a(name, str, here, "like: the name of a skeleton")
+    path = beside if beside.is_file() else SHIPPED / f"{name}.toml"
+    if not path.is_file():
+        shipped = sorted(p.stem for p in SHIPPED.glob("*.toml"))
+        raise SkeletonError(
+            f"{here}: like: no such skeleton {name!r}",
+            nearest(name, shipped) or f"a file beside this one, or one of: {', '.join(shipped)}",
+        )
+    if path.resolve() in readers:
+        raise SkeletonError(f"{here}: like: {name!r} leads back to this file; leave it out")
+    return _read(path, readers)
+
+
+def _taken(segment: Segment, entry: dict[str, Any], model: Skeleton) -> Segment:
+    """A segment with what it does not say itself from the joint of the same name."""
+    same = next((s for s in model.segments if s.joint and s.joint == segment.joint), None)
+    if same is None:
+        return segment
+    taken = {key: getattr(same, key) for own, key in TAKEN.items() if own not in entry}
+    return replace(segment, **taken)
 
 
 def _segment(entry: Any, places: Places, i: int) -> Segment:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, TypeVar
 
 from mocap_skel.errors import SkeletonError
@@ -41,8 +42,9 @@ def known_keys(
 
 
 def number(value: Any, where: str, what: str, *, positive: bool = False) -> float:
-    """A number; `what` is the sentence that says so."""
+    """A finite number; `what` is the sentence that says so."""
     wrong = isinstance(value, bool) or not isinstance(value, int | float)
+    wrong = wrong or not math.isfinite(value)
     if wrong or (positive and not value > 0):
         raise SkeletonError(f"{where}: {what}, not {value!r}")
     return float(value)

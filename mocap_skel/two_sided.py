@@ -53,7 +53,8 @@ def shared_point(parent: Pose, child: Pose) -> SharedPoint | None:
     own = axes @ np.where(solved, (axes.T @ right) / np.where(solved, values, 1.0), 0.0)
     centre = mean @ own + middle
     error = turn @ own + away - centre
-    share = smooth_share(error)
-    variance = float((share * error.var(axis=0)).mean())
+    # One share for the three directions, or it would hang on how the parent's axes are drawn.
+    apart = np.vstack([error, np.full((1, 3), np.nan)]).T.reshape(-1, 1)
+    variance = float(smooth_share(apart)[0] * error.var(axis=0).mean())
     values, axes = np.linalg.eigh(np.eye(3) - mean @ mean.T)
     return SharedPoint(centre, (axes * np.maximum(values - LEAST_TURN**2, 0.0)) @ axes.T, variance)

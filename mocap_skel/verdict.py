@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from mocap_skel.fit import SkeletonFit
@@ -55,7 +56,7 @@ def _joints(names: list[str]) -> str:
     groups = by_sides(names)
     return listed(
         [
-            f"both {_words(name)}s" if len(places) == 2 else _words(names[places[0]])
+            f"both {_several(_words(name))}" if len(places) == 2 else _words(names[places[0]])
             for name, places in groups.items()
         ],
         20,
@@ -63,8 +64,13 @@ def _joints(names: list[str]) -> str:
 
 
 def _words(name: str) -> str:
-    """LeftKnee as left knee."""
-    return "".join(f" {c.lower()}" if c.isupper() else c for c in name).strip()
+    """LeftKnee as left knee, ThumbCMC as thumb CMC."""
+    parts = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|_", " ", name).split()
+    return " ".join(part if part.isupper() else part.lower() for part in parts)
+
+
+def _several(noun: str) -> str:
+    return f"{noun}es" if noun.endswith(("s", "x", "ch")) else f"{noun}s"
 
 
 def _sides(fit: SkeletonFit) -> Iterator[str]:

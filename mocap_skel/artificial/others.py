@@ -59,6 +59,14 @@ _QUADRUPED: dict[str, _Bone] = {
 
 _BONES = {"hand": _HAND, "quadruped": _QUADRUPED}
 
+# Bony places that a skeleton file's prior rests on, as `artificial.markers` has them for the human.
+_PLACES: dict[str, dict[str, tuple[str, Vector]]] = {
+    "hand": {
+        "WRA": ("Forearm", (0.037, -0.006, -0.248)),
+        "WRB": ("Forearm", (-0.035, -0.006, -0.246)),
+    }
+}
+
 _FREE: Limits = ((-35, 35), (-45, 45), (-25, 25))
 _HINGE: Limits = ((0, 85), (0, 0), (0, 0))
 _FINGERS = ("Thumb", "Index", "Middle", "Ring", "Little")
@@ -96,7 +104,7 @@ def markers_of(skeleton: Skeleton, figure: Figure) -> MarkerSet:
         ends = [s.offset for s in figure.segments if s.parent == names.name]
         ends = ends or [(float(x), float(y), float(z)) for x, y, z in [figure.bones[names.name]]]
         for i, marker in enumerate(names.markers):
-            known = place_of(marker)
+            known = _PLACES.get(skeleton.name, {}).get(marker) or place_of(marker)
             if known is None or known[0] != names.name:
                 known = names.name, _around(ends, i, len(names.markers))
             markers[marker] = known
