@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -39,6 +39,9 @@ RATE = 60.0
 MISPLACED = 0.01
 STATURES = (1.55, 1.95)
 SETS = ("cmu", "plug_in_gait")
+# Metres that a joint's centre glides in its parent when the joint turns by 90 degrees, with the skin that
+# slides most: the shoulder blade on the ribs, the condyles on the tibia, a spine of many joints.
+GLIDES = {"Waist": 0.015, "Neck": 0.01, "Shoulder": 0.02, "Elbow": 0.002, "Wrist": 0.004, "Knee": 0.006, "Ankle": 0.004}  # fmt: skip
 PRIORS = ("skeleton", "none")
 # 1.96 standard deviations hold 95 % of normal errors.
 INSIDE = 1.96
@@ -106,7 +109,7 @@ class Outcome:
 
     @property
     def kind(self) -> str:
-        return self.joint.removeprefix("Left").removeprefix("Right")
+        return _kind(self.joint)
 
     @property
     def inside(self) -> np.ndarray:
@@ -136,8 +139,25 @@ def film(scenario: Scenario, trial: int) -> tuple[Recording, str]:
     # The wobble is a third of the largest slide, at a bend of 90 degrees.
     faults = Faults(tissue=(low, high), wobble=high / 3, **NOISES[scenario.noise])
     placed = misplaced(marker_set(markers, stature), MISPLACED, seed)
-    motion = make(seconds, RATE, seed, stature)
+    motion = _gliding(make(seconds, RATE, seed, stature), high / max(SKINS["2-15 mm"]), seed)
     return record(human(stature), placed, motion, faults, seed=seed), markers
+
+
+def _gliding(motion: Motion, share: float, seed: int) -> Motion:
+    """The motion with joints that glide in proportion to their turns, each by ways of its own."""
+    rng = np.random.default_rng([seed, 1])
+    glide = {}
+    for joint, segment in human().joints.items():
+        # A row for each of the parent's axes: which way the three turns carry the centre.
+        ways = rng.standard_normal((3, 3)) / np.sqrt(3)
+        most = share * GLIDES.get(_kind(joint), 0.0)
+        turn = to_vector(motion.rotations[segment.name])
+        glide[segment.name] = most / (np.pi / 2) * (turn - turn.mean(axis=0)) @ ways.T
+    return replace(motion, glide=glide)
+
+
+def _kind(joint: str) -> str:
+    return joint.removeprefix("Left").removeprefix("Right")
 
 
 def outcomes(scenario: Scenario, trial: int, priors: Iterable[str] = PRIORS) -> list[Outcome]:

@@ -81,7 +81,7 @@ def record(
     faults = faults or Faults()
     labels = tuple(markers)
     _check(figure, markers, faults)
-    moved = Motion(motion.rate, motion.shift + np.array(place), motion.rotations)
+    moved = Motion(motion.rate, motion.shift + np.array(place), motion.rotations, motion.glide)
     poses = figure.poses(moved)
     clean = np.stack([poses[name].place(point) for name, point in markers.values()], axis=1)
     white, slow, skin, gaps, stray, soft = np.random.default_rng(seed).spawn(6)
@@ -210,7 +210,9 @@ def _tissue(
     bones = np.stack([figure.bones[segment] for segment, _ in markers.values()])
     length = np.linalg.norm(bones, axis=1, keepdims=True)
     along = np.divide(bones, length, out=np.zeros_like(bones), where=length > 0)
-    tracks = tissue_tracks(turns, along, _normals(figure, markers), faults, rng)
+    names = [segment.name for segment in figure.segments]
+    groups = np.array([names.index(segment) for segment, _ in markers.values()])
+    tracks = tissue_tracks(turns, along, _normals(figure, markers), groups, faults, rng)
     return _in_lab(tracks, markers, poses)
 
 
