@@ -17,6 +17,7 @@ from mocap_skel.spherefit import (
     SphereFit,
     allowed_sigma,
     centre_covariance,
+    common_markers,
     coverage_angle,
     effective_counts,
     fit_sphere,
@@ -224,7 +225,8 @@ def fit_centre(
         taken = shape + leverage
         fit = _fit(inside, moments, method, sigma, taken, None, lever)
     errors = _radial_errors(inside, fit.centre)
-    effective = effective_counts(errors)
+    # A frame of few markers moves all that is seen in it at once.
+    effective = effective_counts(errors) / common_markers(errors, inside - moments.mean)
     residual = _total_root_mean_square(errors)
     # Skin movement is not independent of the joint's, so it is nothing to take away; but spread that
     # it alone would make, with the segments' rigid residuals as its size, proves nothing.

@@ -15,6 +15,9 @@ from mocap_skel.two_sided import SharedPoint
 # residual: metres a radian of it for each metre of slide that does. For a ball joint; `Segment.looseness`
 # times that where the bones themselves roll and glide.
 SLIDE = 7.5
+# Metres a radian: skin goes some centimetre while its joint turns by 90 degrees (Leardini 2005), also where a
+# motion is too small to show any of it.
+USUAL = 0.01 / (np.pi / 2)
 # Radians: within such a turn of the marker's direction the skin lies as before, beyond it anew.
 ALIKE = 0.4
 # Skin slides about twice as far along a bone as away from it (Cappozzo 1996), and turns the parent's frame
@@ -91,14 +94,18 @@ def skin_error(
     each = residual * smooth
     skin = max(float(weight @ each), (np.finfo(float).eps * reach) ** 2)
     places = _places(cap, away.T @ weight)
+    # What a slide in proportion to a turn about one axis leaves in the radius is of the third order in the
+    # turn, so that it shows with the square of the places that the turn takes the marker to.
+    hidden = (USUAL / places**2) ** 2
+    unseen = skin + hidden * float(np.trace(cap))
     values, axes = np.linalg.eigh(cap)
     # What was not solved is no worse for skin.
     shown = values > np.finfo(float).eps * max(values[-1], 0.0)
-    known = np.where(shown, values, 1.0) * places / skin + 1.0 / reach**2
+    known = np.where(shown, values, 1.0) * places / unseen + 1.0 / reach**2
     # Between none and all of it: the middle, and as far to either side.
     extra = 0.5 * (each[:, None, None] * np.eye(3) + ALONG * skin * leverage)
     shift = _noise_shift(part, weight, moved, extra, away)
-    slide = (looseness * SLIDE) ** 2 * skin / places
+    slide = looseness**2 * (SLIDE**2 * skin / places + hidden)
     covariance = (axes * np.where(shown, 1.0 / known, 0.0)) @ axes.T + np.outer(shift, shift)
     return Skin(covariance + slide * np.eye(3), shift, slide)
 
