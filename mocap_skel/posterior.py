@@ -15,9 +15,9 @@ from mocap_skel.two_sided import SharedPoint
 # residual: metres a radian of it for each metre of slide that does. For a ball joint; `Segment.looseness`
 # times that where the bones themselves roll and glide.
 SLIDE = 7.5
-# Metres a radian: skin goes some centimetre while its joint turns by 90 degrees (Leardini 2005), also where a
-# motion is too small to show any of it.
-USUAL = 0.01 / (np.pi / 2)
+# Metres a radian for each metre of reach: skin of a limb of 30 cm goes some centimetre while its joint turns
+# by 90 degrees (Leardini 2005), also where a motion is too small to show any of it.
+USUAL = 0.02
 # Radians: within such a turn of the marker's direction the skin lies as before, beyond it anew.
 ALIKE = 0.4
 # Skin slides about twice as far along a bone as away from it (Cappozzo 1996), and turns the parent's frame
@@ -95,8 +95,10 @@ def skin_error(
     skin = max(float(weight @ each), (np.finfo(float).eps * reach) ** 2)
     places = _places(cap, away.T @ weight)
     # What a slide in proportion to a turn about one axis leaves in the radius is of the third order in the
-    # turn, so that it shows with the square of the places that the turn takes the marker to.
-    hidden = (USUAL / places**2) ** 2
+    # turn, so that it shows with the square of the places that the turn takes the marker to; and exact
+    # residuals conceal nothing.
+    usual, concealed = (USUAL * reach / places**2) ** 2, SLIDE**2 * float(weight @ residual)
+    hidden = usual * concealed / max(usual + concealed, np.finfo(float).tiny)
     unseen = skin + hidden * float(np.trace(cap))
     values, axes = np.linalg.eigh(cap)
     # What was not solved is no worse for skin.
