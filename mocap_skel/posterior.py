@@ -95,9 +95,13 @@ def skin_error(
     skin = max(float(weight @ each), (np.finfo(float).eps * reach) ** 2)
     places = _places(cap, away.T @ weight)
     # What a slide in proportion to a turn about one axis leaves in the radius is of the third order in the
-    # turn, so that it shows with the square of the places that the turn takes the marker to; and exact
-    # residuals conceal nothing.
-    usual, concealed = (USUAL * reach / places**2) ** 2, SLIDE**2 * float(weight @ residual)
+    # turn, so that it shows with the square of the places that the turn takes the marker to; and white
+    # noise conceals no more than the part of it that `smooth_share` cannot tell from chance.
+    unnoticed = 2.0 / np.sqrt(np.maximum(moments.count, 1.0))
+    usual, concealed = (
+        (USUAL * reach / places**2) ** 2,
+        SLIDE**2 * float(weight @ (residual * unnoticed)),
+    )
     hidden = usual * concealed / max(usual + concealed, np.finfo(float).tiny)
     unseen = skin + hidden * float(np.trace(cap))
     values, axes = np.linalg.eigh(cap)
