@@ -40,6 +40,7 @@ bench: $(STAMP) ## Timings side by side, and accuracy against known truth
 	$(BIN)/python benchmarks/bench_fit.py
 	$(BIN)/python benchmarks/bench_guess.py
 	$(BIN)/python benchmarks/accuracy.py
+	$(BIN)/python benchmarks/coverage.py
 	$(BIN)/python benchmarks/guess_table.py
 
 CLIPS ?= ../shared/clips

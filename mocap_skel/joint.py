@@ -18,6 +18,7 @@ from mocap_skel.spherefit import (
     SphereFit,
     allowed_sigma,
     centre_covariance,
+    common_markers,
     coverage_angle,
     effective_counts,
     fit_sphere,
@@ -233,7 +234,9 @@ def fit_centre(
     if expected is not None and not fit.converged:
         return from_anatomy(expected, f"{method.upper()} did not converge", len(moments.count))
     errors = _radial_errors(inside, fit.centre)
-    own = replace(own, effective=effective_counts(errors), smooth=smooth_share(errors))
+    # A frame of few markers moves all that is seen in it at once.
+    effective = effective_counts(errors) / common_markers(errors, inside - own.moments.mean)
+    own = replace(own, effective=effective, smooth=smooth_share(errors))
     seen = own if pooled is None else merged(own, pooled)
     effective = seen.effective
     residual = _residual(errors, pooled, fit)

@@ -15,6 +15,9 @@ from mocap_skel.two_sided import SharedPoint
 # residual: metres a radian of it for each metre of slide that does. For a ball joint; `Segment.looseness`
 # times that where the bones themselves roll and glide.
 SLIDE = 7.5
+# Metres a radian for each metre of reach: skin of a limb of 30 cm goes some centimetre while its joint turns
+# by 90 degrees (Leardini 2005), also where a motion is too small to show any of it.
+USUAL = 0.02
 # Radians: within such a turn of the marker's direction the skin lies as before, beyond it anew.
 ALIKE = 0.4
 # Skin slides about twice as far along a bone as away from it (Cappozzo 1996), and turns the parent's frame
@@ -91,14 +94,22 @@ def skin_error(
     each = residual * smooth
     skin = max(float(weight @ each), (np.finfo(float).eps * reach) ** 2)
     places = _places(cap, away.T @ weight)
+    # What a slide in proportion to a turn about one axis leaves in the radius is of the third order in the
+    # turn, so that it shows with the square of the places that the turn takes the marker to; and white
+    # noise conceals no more than the part of it that `smooth_share` cannot tell from chance.
+    unnoticed = 2.0 / np.sqrt(np.maximum(moments.count, 1.0))
+    usual = (USUAL * reach / places**2) ** 2
+    concealed = SLIDE**2 * float(weight @ (residual * unnoticed))
+    hidden = usual * concealed / max(usual + concealed, np.finfo(float).tiny)
+    unseen = skin + hidden * float(np.trace(cap))
     # What was not solved is no worse for skin.
     values, axes = np.linalg.eigh(solved.T @ cap @ solved)
     axes = solved @ axes
-    known = np.maximum(values, 0.0) * places / skin + 1.0 / reach**2
+    known = np.maximum(values, 0.0) * places / unseen + 1.0 / reach**2
     # Between none and all of it: the middle, and as far to either side.
     extra = 0.5 * (each[:, None, None] * np.eye(3) + ALONG * skin * leverage)
     shift = _noise_shift(part, weight, moved, extra, away)
-    slide = (looseness * SLIDE) ** 2 * skin / places
+    slide = looseness**2 * (SLIDE**2 * skin / places + hidden)
     covariance = (axes / known) @ axes.T + np.outer(shift, shift)
     return Skin(covariance + slide * np.eye(3), shift, slide)
 

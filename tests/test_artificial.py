@@ -464,3 +464,80 @@ def test_command_refuses_in_one_line(tmp_path, capsys, options, message):
         main([str(tmp_path / "clip.c3d"), *options])
     assert message in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def hinged(degrees, frames=61):
+    """A figure whose left knee alone bends by so much, and its motion."""
+    turn = np.deg2rad(degrees) * np.linspace(0, 1, frames)[:, None] * [0.0, 1.0, 0.0]
+    return art.Motion(60.0, np.zeros((frames, 3)), {"LowerLeftLeg": art.from_vector(turn)})
+
+
+def moved(motion, markers, **faults):
+    """How far soft tissue carries markers, in their segments' axes, (frames, markers, 3)."""
+    clip = art.record(HUMAN, markers, motion, art.Faults(**faults), seed=3)
+    turn = np.stack([clip.poses[s].rotation for s, _ in markers.values()], axis=1)
+    return np.einsum("fmji,fmj->fmi", turn, clip.points - clip.clean)
+
+
+PAIR = {
+    "A": ("LowerLeftLeg", (0.0, 0.05, -0.05)),
+    "B": ("LowerLeftLeg", (0.0, -0.05, -0.08)),
+}
+
+
+class TestSoftTissue:
+    def test_carries_a_marker_along_the_bone_in_proportion_to_the_angle(self):
+        slide = moved(hinged(90), PAIR, tissue=(0.002, 0.015), together=0.0)
+        far = np.abs(slide[-1, :, 2])
+        assert ((far >= 0.002) & (far <= 0.015)).all()
+        np.testing.assert_allclose(slide[..., :2], 0.0, atol=1e-12)
+        share = np.linspace(0, 1, 61)[:, None]
+        np.testing.assert_allclose(slide[..., 2], share * slide[-1, :, 2], atol=1e-12)
+
+    def test_of_one_segment_may_move_at_once(self):
+        slide = moved(hinged(90), PAIR, tissue=(0.01, 0.01), together=1.0)
+        np.testing.assert_allclose(slide[:, 0], slide[:, 1], atol=1e-12)
+
+    def test_wobbles_as_much_as_it_is_said_and_the_same_in_the_same_pose(self):
+        turn = np.random.default_rng(5).normal(0, 1.0, (500, 3))
+        there = art.from_vector(np.vstack([turn, turn]))
+        motion = art.Motion(60.0, np.zeros((1000, 3)), {"LowerLeftLeg": there})
+        markers = {
+            f"{i}": ("LowerLeftLeg", (0.05 * np.cos(i), 0.05 * np.sin(i), -0.1)) for i in range(60)
+        }
+        wobble = moved(motion, markers, wobble=0.004, together=0.0)
+        np.testing.assert_allclose(wobble[:500], wobble[500:], atol=1e-12)
+        # Two axes along the skin for each of 60 independent markers of unit-mean-square waves.
+        ratio = (wobble**2).sum(axis=-1).mean() / (2 * 0.004**2)
+        assert ratio == pytest.approx(1.0, abs=4 / np.sqrt(60))
+
+    @pytest.mark.parametrize(
+        "wrong", [{"tissue": (0.01, 0.002)}, {"wobble": -1.0}, {"together": 1.5}]
+    )
+    def test_out_of_range_is_refused(self, wrong):
+        with pytest.raises(ValueError, match=r"tissue|together"):
+            art.Faults(**wrong)
+
+
+def test_misplaced_markers_lie_within_the_length_and_on_their_segments():
+    placed = art.misplaced(CMU, 0.01, seed=2)
+    away = [np.subtract(placed[m][1], CMU[m][1]) for m in CMU]
+    assert [s for s, _ in placed.values()] == [s for s, _ in CMU.values()]
+    assert 0.005 < np.linalg.norm(away, axis=1).max() <= 0.01
+
+
+def test_a_joint_that_glides_is_where_the_glide_puts_it_and_its_bone_follows():
+    glide = {"LowerLeftLeg": np.linspace(0, 0.01, 61)[:, None] * [1.0, 0.0, 0.0]}
+    plain = hinged(90)
+    motion = art.Motion(plain.rate, plain.shift, plain.rotations, glide)
+    still, moving = (art.record(HUMAN, CMU, m) for m in (plain, motion))
+    for joint in ("LeftKnee", "LeftAnkle"):
+        away = moving.truth[joint] - still.truth[joint]
+        np.testing.assert_allclose(away, glide["LowerLeftLeg"], atol=1e-12)
+
+
+def test_a_rotation_vector_comes_back():
+    vector = np.random.default_rng(1).uniform(-1.5, 1.5, (200, 3))
+    vector[0] = 0.0
+    # The sine of half the angle loses digits towards a half turn: √eps at most.
+    np.testing.assert_allclose(art.to_vector(art.from_vector(vector)), vector, atol=1e-7)

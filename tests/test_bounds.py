@@ -25,6 +25,7 @@ from spheres import (
 
 from mocap_skel.spherefit import (
     centre_covariance,
+    common_markers,
     coverage_angle,
     crlb_circle,
     crlb_sphere,
@@ -402,3 +403,26 @@ def test_effective_counts_of_a_constant_do_not_depend_on_it():
 @pytest.mark.parametrize("frames", [0, 1])
 def test_effective_counts_of_hardly_any_frames(frames):
     np.testing.assert_array_equal(effective_counts(np.zeros((frames, 2))), [frames, frames])
+
+
+# Markers that share their noise
+
+
+@pytest.mark.parametrize("markers", [1, 2, 5])
+def test_markers_with_one_noise_tell_as_little_as_one(markers):
+    rng = np.random.default_rng(6)
+    noise, away = rng.normal(size=(300, 1)), rng.normal(size=(300, 1, 3))
+    same = [np.repeat(part, markers, axis=1) for part in (noise, away)]
+    assert common_markers(*same) == pytest.approx(markers, rel=1e-12)
+
+
+def test_markers_with_noise_of_their_own_are_independent():
+    rng = np.random.default_rng(7)
+    noise, away = rng.normal(size=(3000, 4)), rng.normal(size=(3000, 4, 3))
+    noise[::7, 1] = np.nan
+    # The sum of products of independent markers, against 3000 frames of it.
+    assert 1.0 <= common_markers(noise, away) < 1.0 + 4 * np.sqrt(2 / 3000)
+
+
+def test_no_residuals_are_no_common_noise():
+    assert common_markers(np.zeros((5, 2)), np.ones((5, 2, 3))) == 1.0

@@ -14,7 +14,7 @@ with a dict of markers, moved by `circumduct` or a `Motion`.
 
 from mocap_skel.artificial.faults import Faults, Swap
 from mocap_skel.artificial.figure import STATURE, Figure, Motion, Pose, Segment, Vector, human
-from mocap_skel.artificial.markers import LABELS, MarkerSet, marker_set
+from mocap_skel.artificial.markers import LABELS, MarkerSet, marker_set, misplaced
 from mocap_skel.artificial.motion import (
     ROM_DEGREES,
     Limits,
@@ -26,7 +26,7 @@ from mocap_skel.artificial.motion import (
 )
 from mocap_skel.artificial.others import figure_of, markers_of, ranges_of
 from mocap_skel.artificial.recording import Recording, merge, record
-from mocap_skel.artificial.rotations import swing_twist
+from mocap_skel.artificial.rotations import from_vector, swing_twist, to_vector
 from mocap_skel.artificial.write import UNITS, write_c3d, write_truth
 
 __all__ = [
@@ -47,15 +47,18 @@ __all__ = [
     "circumduct",
     "dance",
     "figure_of",
+    "from_vector",
     "human",
     "marker_set",
     "markers_of",
     "merge",
+    "misplaced",
     "range_of_motion",
     "ranges_of",
     "record",
     "still",
     "swing_twist",
+    "to_vector",
     "walk",
     "write_c3d",
     "write_truth",

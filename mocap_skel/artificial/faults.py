@@ -38,6 +38,12 @@ class Faults:
         slide: how far the skin carries a marker along the segment's surface when the joint nearest
             to it is bent by 90 degrees, metres, at most; a slow drift of a fifth of that comes on
             top. In proportion to sin(angle / 2), in a direction of each marker's own.
+        tissue: least and most that soft tissue carries a marker along the bone when the joint nearest to it
+            turns by 90 degrees, metres; in proportion to the angle, each marker by a size and ways of its own.
+        wobble: standard deviation of what else a pose does to the skin, metres, along it: smooth in the
+            pose, the same whenever the joint comes back to it.
+        together: share of the variance of both that the markers of a segment have in common, as the skin of
+            a whole thigh moves at once; such movement leaves their shape alone.
         dropout: share of the samples that are missing, 0 to below 1, independently per marker.
         burst: mean length of a drop-out, frames. Where `dropout` leaves less than one frame
             between bursts on average, they last longer.
@@ -55,6 +61,9 @@ class Faults:
     correlated: float = 0.0
     correlation_time: float = 0.5
     slide: float = 0.0
+    tissue: tuple[float, float] = (0.0, 0.0)
+    wobble: float = 0.0
+    together: float = 0.5
     dropout: float = 0.0
     burst: float = 10.0
     lost: tuple[str, ...] = ()
@@ -66,6 +75,12 @@ class Faults:
     def __post_init__(self) -> None:
         if min(self.sigma, self.correlated, self.slide) < 0:
             raise ValueError("sigma, correlated and slide are lengths, they cannot be negative")
+        if not (0 <= self.tissue[0] <= self.tissue[1] and self.wobble >= 0):
+            raise ValueError(
+                f"tissue is a least and a most length and wobble one, got {self.tissue}, {self.wobble}"
+            )
+        if not 0 <= self.together <= 1:
+            raise ValueError(f"together is a share from 0 to 1, got {self.together}")
         if not self.correlation_time > 0:
             raise ValueError(f"correlation_time must be positive, got {self.correlation_time}")
         if not 0 <= self.dropout < 1:

@@ -8,7 +8,7 @@ segment's origin is the joint to its parent; the human root's is the middle betw
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -69,11 +69,14 @@ class Motion:
             metres.
         rotations: segment -> (frames, 3, 3), its axes in its parent's (the root's: in the lab's).
             A segment that is not listed keeps the zero pose.
+        glide: segment -> (frames, 3), how far its joint is from its place in the parent, in the parent's
+            axes, metres: bones that roll and slide on each other. Empty for joints that stay.
     """
 
     rate: float
     shift: Array
     rotations: Mapping[str, Array]
+    glide: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -127,9 +130,8 @@ class Figure:
                 poses[segment.name] = Pose(own, motion.shift + np.array(segment.offset))
             else:
                 parent = poses[segment.parent]
-                poses[segment.name] = Pose(
-                    parent.rotation @ own, parent.place(np.array(segment.offset))
-                )
+                place = np.array(segment.offset) + motion.glide.get(segment.name, 0.0)
+                poses[segment.name] = Pose(parent.rotation @ own, parent.place(place))
         return poses
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from mocap_skel.artificial.figure import STATURE, Vector, mirrored, scaled
 
 MarkerSet = Mapping[str, tuple[str, Vector]]
@@ -101,3 +103,16 @@ def marker_set(name: str, stature: float = STATURE) -> dict[str, tuple[str, Vect
     sites = {label: _site(label) for label in LABELS[name]}
     k = stature / STATURE
     return {label: (segment, scaled(point, k)) for label, (segment, point) in sites.items()}
+
+
+def misplaced(markers: MarkerSet, most: float, seed: int = 0) -> dict[str, tuple[str, Vector]]:
+    """The markers as a hurried technician sticks them: each somewhere within `most` metres of its place."""
+    rng = np.random.default_rng(seed)
+    way = rng.standard_normal((len(markers), 3))
+    way *= most * rng.random((len(markers), 1)) ** (1 / 3) / np.linalg.norm(way, axis=1)[:, None]
+    return {
+        label: (segment, (point[0] + dx, point[1] + dy, point[2] + dz))
+        for (label, (segment, point)), (dx, dy, dz) in zip(
+            markers.items(), way.tolist(), strict=True
+        )
+    }

@@ -17,7 +17,8 @@ from mocap_skel.artificial.faults import (
 )
 from mocap_skel.artificial.figure import Figure, Motion, Pose, Vector
 from mocap_skel.artificial.markers import MarkerSet
-from mocap_skel.artificial.rotations import half_sine
+from mocap_skel.artificial.rotations import half_sine, to_vector
+from mocap_skel.artificial.tissue import tissue_tracks
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -80,13 +81,15 @@ def record(
     faults = faults or Faults()
     labels = tuple(markers)
     _check(figure, markers, faults)
-    moved = Motion(motion.rate, motion.shift + np.array(place), motion.rotations)
+    moved = Motion(motion.rate, motion.shift + np.array(place), motion.rotations, motion.glide)
     poses = figure.poses(moved)
     clean = np.stack([poses[name].place(point) for name, point in markers.values()], axis=1)
-    white, slow, skin, gaps, stray = np.random.default_rng(seed).spawn(5)
+    white, slow, skin, gaps, stray, soft = np.random.default_rng(seed).spawn(6)
     points = clean.copy()
     if faults.slide:
         points += faults.slide * _skin(figure, markers, poses, motion, skin)
+    if faults.tissue[1] or faults.wobble:
+        points += _tissue(figure, markers, poses, motion, faults, soft)
     if faults.correlated:
         memory = np.exp(-1 / (motion.rate * faults.correlation_time))
         points += faults.correlated * correlated_noise(points.shape, memory, slow)
@@ -189,8 +192,39 @@ def _skin(
     rng: np.random.Generator,
 ) -> Array:
     """Displacements in the lab for a slide of one metre, (frames, markers, 3)."""
+    half_sines = half_sine(_nearest_turns(figure, markers, motion))
+    tracks = slide_tracks(half_sines, _normals(figure, markers), motion.rate, rng)
+    return _in_lab(tracks, markers, poses)
+
+
+def _tissue(
+    figure: Figure,
+    markers: MarkerSet,
+    poses: Mapping[str, Pose],
+    motion: Motion,
+    faults: Faults,
+    rng: np.random.Generator,
+) -> Array:
+    """Displacements in the lab by soft tissue, (frames, markers, 3)."""
+    turns = to_vector(_nearest_turns(figure, markers, motion))
+    bones = np.stack([figure.bones[segment] for segment, _ in markers.values()])
+    length = np.linalg.norm(bones, axis=1, keepdims=True)
+    along = np.divide(bones, length, out=np.zeros_like(bones), where=length > 0)
+    names = [segment.name for segment in figure.segments]
+    groups = np.array([names.index(segment) for segment, _ in markers.values()])
+    tracks = tissue_tracks(turns, along, _normals(figure, markers), groups, faults, rng)
+    return _in_lab(tracks, markers, poses)
+
+
+def _in_lab(tracks: Array, markers: MarkerSet, poses: Mapping[str, Pose]) -> Array:
+    turn = np.stack([poses[segment].rotation for segment, _ in markers.values()], axis=1)
+    return np.asarray((turn @ tracks[..., None])[..., 0])
+
+
+def _nearest_turns(figure: Figure, markers: MarkerSet, motion: Motion) -> Array:
+    """Rotation of the joint nearest to each marker, (frames, markers, 3, 3); the unit matrix without one."""
     parents = {segment.name: segment.parent for segment in figure.segments}
-    half_sines = np.zeros((len(motion.shift), len(markers), 3))
+    turns = np.tile(np.eye(3), (len(motion.shift), len(markers), 1, 1))
     for i, (segment, point) in enumerate(markers.values()):
         # Joints at this segment as seen from it: (where, the segment whose rotation it makes).
         joints = [(s.offset, s.name) for s in figure.segments if s.parent == segment]
@@ -202,10 +236,8 @@ def _skin(
         rotation = motion.rotations.get(nearest[1])
         if rotation is not None:
             # A rotation's axis has the same components in the axes of both its segments.
-            half_sines[:, i] = half_sine(rotation)
-    tracks = slide_tracks(half_sines, _normals(figure, markers), motion.rate, rng)
-    turn = np.stack([poses[segment].rotation for segment, _ in markers.values()], axis=1)
-    return np.asarray((turn @ tracks[..., None])[..., 0])
+            turns[:, i] = rotation
+    return turns
 
 
 def _normals(figure: Figure, markers: MarkerSet) -> Array:

@@ -37,3 +37,11 @@ def half_sine(rotation: Array) -> Array:
     skew = rotation - np.swapaxes(rotation, -1, -2)
     axis = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
     return np.asarray(axis / (4.0 * cosine[..., None]))
+
+
+def to_vector(rotation: Array) -> Array:
+    """Rotation vectors (..., 3), radians; singular at a half turn only."""
+    half = half_sine(rotation)
+    sine = np.minimum(np.linalg.norm(half, axis=-1, keepdims=True), 1.0)
+    ratio = np.divide(2.0 * np.arcsin(sine), sine, out=np.full_like(sine, 2.0), where=sine > 0)
+    return np.asarray(ratio * half)

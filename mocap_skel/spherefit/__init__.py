@@ -2,6 +2,7 @@
 
 from mocap_skel.spherefit.bounds import (
     centre_covariance,
+    common_markers,
     coverage_angle,
     crlb_circle,
     crlb_sphere,
@@ -41,6 +42,7 @@ __all__ = [
     "SphereFit",
     "allowed_sigma",
     "centre_covariance",
+    "common_markers",
     "coverage_angle",
     "crlb_circle",
     "crlb_sphere",

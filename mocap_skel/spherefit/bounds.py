@@ -144,6 +144,24 @@ def effective_counts(residuals: ArrayLike) -> Array:
     return np.asarray(np.where(n > 0, np.clip(n / time, 1.0, np.maximum(n, 1)), 0.0))
 
 
+def common_markers(residuals: ArrayLike, away: ArrayLike) -> float:
+    """How many markers tell the same of a centre, 1 for independent ones up to their number.
+
+    What a sample says of the centre is its residual times its direction; where markers have noise in common,
+    as that of the frame they are seen in, the variance of the sum over markers is larger than the sum of the
+    variances, by this ratio (the design effect of a cluster sample, Kish 1965).
+
+    Args:
+        residuals: (frames, M), NaN = missing.
+        away: (frames, M, 3), the markers from their means.
+    """
+    e, d = np.asarray(residuals, dtype=np.float64), np.asarray(away, dtype=np.float64)
+    pull = np.where(np.isfinite(e)[..., None], e[..., None] * d, 0.0)
+    alone = float(np.einsum("fmi,fmi->", pull, pull))
+    together = pull.sum(axis=1)
+    return max(float(np.einsum("fi,fi->", together, together)) / alone, 1.0) if alone > 0 else 1.0
+
+
 def smooth_share(residuals: ArrayLike) -> Array:
     """Share of the variance of each marker's residual series that the frame before already had.
 
