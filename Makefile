@@ -22,7 +22,7 @@ demo: $(STAMP) ## Fit the bundled range-of-motion clip and print its joint table
 	$(BIN)/mocap-skel fit sample_data/range_of_motion.c3d --assoc cmu --format csv --format bvh -o demo_output --overwrite
 
 test: lint types $(STAMP) ## Lint, types and all tests
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n auto --dist loadfile
 
 N ?= 10000
 fuzz: $(STAMP) ## Try N damaged files (make fuzz N=10000), seeds from FIRST on

@@ -99,7 +99,8 @@ def known(track):
 def assert_same_fit(fit, other):
     """Not one bit of difference."""
     for a, b in zip(fit.joints, other.joints, strict=True):
-        for name in vars(a):
+        # The evidence holds what the rest is made of, in arrays of arrays.
+        for name in vars(a).keys() - {"evidence"}:
             np.testing.assert_array_equal(getattr(a, name), getattr(b, name), err_msg=a.joint)
     for (name, a), (_, b) in zip(fit.tracks(), other.tracks(), strict=True):
         np.testing.assert_array_equal(a, b, err_msg=name)

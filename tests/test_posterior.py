@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from mocap_skel.artificial.rotations import from_vector
 from mocap_skel.artificial.spheres import cap
-from mocap_skel.posterior import Skin, combine, skin_error, with_shared_point
+from mocap_skel.posterior import SLIDE, Skin, combine, skin_error, with_shared_point
 from mocap_skel.priors import Expected
 from mocap_skel.spherefit import fit_sphere, radial_variance, smooth_share, sphere_moments
 from mocap_skel.two_sided import SharedPoint
@@ -183,11 +183,13 @@ def sphere_points(frames=800, seed=3, angle=0.8, radii=(0.3, 0.4)):
 
 
 def test_nothing_smooth_nothing_lost():
-    """Noise from frame to frame averages out: skin has no part in it."""
-    found = skin_of(sphere_points(), residual=1e-4, smooth=0.0)
-    assert np.abs(found.covariance).max() < 1e-20
+    """Noise from frame to frame averages out: skin has no part in it but what chance may hide."""
+    residual, frames = 1e-4, 800
+    found = skin_of(sphere_points(frames), residual=residual, smooth=0.0)
     assert (found.shift == 0).all()
-    assert found.slide < 1e-20
+    # Two standard errors of a correlation, 1/√N, are no evidence against that share of skin.
+    assert 0 < found.slide <= SLIDE**2 * residual * 2 / np.sqrt(frames)
+    assert skin_of(sphere_points(frames), residual=0.0, smooth=0.0).slide < 1e-20
 
 
 def test_the_covariance_is_symmetric_and_positive():
@@ -198,13 +200,14 @@ def test_the_covariance_is_symmetric_and_positive():
 
 
 def test_errors_go_as_the_skin():
-    """Twice the residual, twice the error: √2 of it in the variance; the shift goes with the variance."""
+    """Twice the residual, four times the variance; the shift goes with the variance."""
     one = skin_of(sphere_points(), residual=1e-6)
     two = skin_of(sphere_points(), residual=4e-6)
-    assert two.slide == pytest.approx(4 * one.slide, rel=1e-9)
+    # What chance may hide of it grows more slowly, for a usual slide bounds it.
+    assert 3.9 * one.slide < two.slide <= 4 * one.slide
     # The shift's own part grows by 16; the prior 1/reach² holds the rest back by a share of 1e-4.
     rest = [f.covariance - np.outer(f.shift, f.shift) for f in (one, two)]
-    assert rest[1] == pytest.approx(4 * rest[0], rel=1e-3)
+    assert rest[1] == pytest.approx(4 * rest[0], rel=5e-3)
     assert two.shift == pytest.approx(4 * one.shift, rel=0.05, abs=1e-9)
 
 
