@@ -117,9 +117,10 @@ class Pooled:
     clips: tuple[str, ...]
 
 
-def digest_of(clip: Clip, columns: Sequence[int]) -> str:
-    """A clip's points of one subject as a short word."""
-    return sha256(np.ascontiguousarray(clip.points[:, sorted(columns)]).tobytes()).hexdigest()[:16]
+def digest_of(clip: Clip, subject: str) -> str:
+    """A clip's points of one subject as a short word, whichever of them an association knows."""
+    columns = [i for i, name in enumerate(clip.subjects) if name == subject]
+    return sha256(np.ascontiguousarray(clip.points[:, columns]).tobytes()).hexdigest()[:16]
 
 
 def evidence_of(fit: SkeletonFit, digest: str) -> ClipEvidence:

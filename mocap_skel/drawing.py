@@ -111,6 +111,12 @@ def _frames(clip: Clip, actors: list[Actor], wanted: Drawing) -> list[int]:
     if wanted.frames:
         return [number - first for number in dict.fromkeys(wanted.frames)]
     if wanted.sheet:
-        spaced = np.linspace(0, clip.frames - 1, wanted.sheet)
-        return [int(i) for i in dict.fromkeys(spaced.round().astype(int).tolist())]
+        # Frames in which nobody has a pose have nothing to show.
+        seen = np.any(
+            [actor.fit.segments[actor.fit.skeleton.root.name].pose.known for actor in actors],
+            axis=0,
+        )
+        shown = np.flatnonzero(seen)
+        spaced = shown[np.linspace(0, len(shown) - 1, wanted.sheet).round().astype(int)]
+        return [int(i) for i in dict.fromkeys(spaced.tolist())]
     return [best_frame((actor.fit, actor.markers) for actor in actors)]

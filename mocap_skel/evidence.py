@@ -53,6 +53,8 @@ class Evidence:
         return replace(self, **parts)
 
 
+# Metres.
+NEAREST = 1e-3
 _OF_EACH = ("moments", "noise", "leverage", "skew", "still", "effective", "smooth")
 
 
@@ -155,7 +157,8 @@ def information(evidence: Evidence, centre: Array) -> Array:
     """(3, 3), m⁻²: what the evidence tells of a centre, Σ N_p C_p / (r_p σ_p)² (``method.md`` section 3)."""
     m = evidence.moments
     away = m.mean - centre
-    square = np.maximum((away**2).sum(axis=1), np.finfo(float).tiny)
+    # A marker that stands still may come out in the centre; nearer than this it is in the bone.
+    square = np.maximum((away**2).sum(axis=1), NEAREST**2)
     values, axes = np.linalg.eigh(m.covariance - evidence.still)
     spread = np.einsum("pdk,pk,pek->pde", axes, np.maximum(values, 0.0), axes)
     # The residuals' size is the clip's skin and noise: what stands still spreads that much.

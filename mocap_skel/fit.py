@@ -217,8 +217,7 @@ class _Walk:
         self.notes: list[str] = []
         self.calibrated: list[str] = []
         if calibration is not None:
-            columns = [c for own in assignment.columns.values() for c in own.values()]
-            calibration = calibration.without(digest_of(clip, columns))
+            calibration = calibration.without(digest_of(clip, assignment.subject))
         self.calibration = calibration
         self.lost: list[str] = []
         self.segments: dict[str, SegmentFit] = {}
@@ -244,6 +243,7 @@ class _Walk:
             if shape is not None:
                 self.shapes[name] = shape
         self.size = subject_size(skeleton, self._distance) if prior else 1.0
+        self._check_size()
         self.noise = clip_noise(self.points, self.shapes, sigma, noise)
         self.sigma = self.noise.sigma
         if self.noise.note:
@@ -300,6 +300,14 @@ class _Walk:
         """Samples (frames, M) of a segment's markers that nothing from here on shall see."""
         self.masks[segment] = left | self.masks.get(segment, False)
         self.points[segment][left] = np.nan
+
+    def _check_size(self) -> None:
+        """A person is neither a hand's length nor a house high: then it is the unit."""
+        if not 0.3 < self.size < 1.6:
+            self.notes.append(
+                f"the subject measures as {175 * self.size:.0f} cm tall: is the clip's unit right? "
+                "(--unit says it)"
+            )
 
     def left_out(self) -> tuple[LeftOut, ...]:
         """The record of all that was left out."""

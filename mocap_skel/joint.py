@@ -252,6 +252,9 @@ def fit_centre(
     )  # fmt: skip
     # A pure fit stays what it is, with the error that it has.
     centre, total = fit.centre, covariance + soft.covariance
+    if frame.limit == "no":
+        # The frame turns as nobody sees, and the markers in it with it.
+        total = total + _reach(moments) ** 2 * np.eye(3)
     if expected is not None:
         centre, total = with_shared_point(centre + soft.shift, total, seen.shared, soft.slide)
     both = combine(centre, total, expected)

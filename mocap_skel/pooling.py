@@ -106,7 +106,7 @@ def _calibrated(
     first: FitError | None = None
     names = _short_names([clip.name for clip, _ in clips])
     for clip, assignment in clips:
-        digest = digest_of(clip, [c for own in assignment.columns.values() for c in own.values()])
+        digest = digest_of(clip, assignment.subject)
         if digest in evidence:
             raise CallError(f"{clip.name} is the same recording as {called[digest]}")
         called[digest] = names[clip.name]

@@ -33,7 +33,9 @@ def error_95(joint: JointFit) -> float:
 def _trust(fit: SkeletonFit) -> Iterator[str]:
     groups: dict[str, list[str]] = {}
     for joint in fit.joints:
-        error = error_95(joint)
+        # Without a prior a joint that the movement does not show is a place holder.
+        placed = joint.determined == "no" and not joint.landmarks
+        error = float("inf") if placed else error_95(joint)
         level = "sharp" if error <= SHARP else "usable" if error <= USABLE else "poor"
         groups.setdefault(level if joint.fitted else "none", []).append(joint.joint)
     words = {
@@ -91,7 +93,8 @@ def _movements(fit: SkeletonFit) -> Iterator[str]:
     asked: dict[str, None] = {}
     for joint in poor:
         movement = fit.skeleton[joint.child].movement
-        if movement and (joint.fitted or joint.parent in fit.segments):
+        # No movement shows a joint whose child has no marker.
+        if movement and joint.samples:
             asked[movement] = None
     chosen = list(asked)[:MOST]
     if chosen:

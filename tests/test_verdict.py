@@ -22,6 +22,8 @@ def joint(name, se=0.001, *, parent="Root", share=1.0, landmarks=(), at=(0.0, 0.
         nothing,
         centre=np.array(at),
         covariance=np.diag([se**2, 0.0, 0.0]),
+        determined="yes",
+        samples=100,
         share=share,
         landmarks=tuple(landmarks),
         track=np.tile(np.array(at), (FRAMES, 1)),
@@ -131,15 +133,16 @@ def test_the_same_movement_is_asked_for_once():
     assert verdict(fit)[-1] == "To know more, film: dance."
 
 
-def test_no_movement_shows_a_joint_whose_parent_has_no_pose():
+def test_no_movement_shows_a_joint_without_a_pose_above_or_a_marker_below():
     """Markers do, and the notes say so."""
     lost = unfitted("Knee", "Thigh", "Shank", FRAMES, "Thigh has no pose")
-    below = unfitted("Ankle", "Root", "Foot", FRAMES, "no marker")
-    movements = {"Knee": "bend", "Ankle": "circle"}
+    below = replace(joint("Ankle", se=0.02), samples=0)
+    seen = joint("Neck", se=0.02)
+    movements = {"Knee": "bend", "Ankle": "circle", "Neck": "nod"}
     thigh = joint("Hip")
     thigh = replace(thigh, child="Thigh")
-    fit = fit_of(thigh, lost, below, movements=movements)
-    assert verdict(fit)[-1] == "To know more, film: circle."
+    fit = fit_of(thigh, lost, below, seen, movements=movements)
+    assert verdict(fit)[-1] == "To know more, film: nod."
 
 
 def test_well_known_joints_ask_for_nothing():

@@ -129,12 +129,16 @@ def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibratio
     if skeleton is not None and name != skeleton.name:
         raise CallError(
             f"{path}: is of the skeleton {name!r}, not of {skeleton.name!r}",
-            "calibrate with the same association file",
+            "calibrate with the same association file and --skeleton",
         )
     clips = tuple(
         door.clip(entry, f"clips[{i}]")
         for i, entry in enumerate(door.a(content["clips"], list, "clips"))
     )
+    digests = [clip.digest for clip in clips]
+    for i, digest in enumerate(digests):
+        if digest in digests[:i]:
+            raise door.wrong(f"clips[{i}].digest", "is that of another clip: it would count twice")
     if skeleton is not None:
         _check_known(path, clips, skeleton)
     return Calibration(name, clips)

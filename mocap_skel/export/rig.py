@@ -24,6 +24,8 @@ SHORTEST_END = 1e-3
 # Metres: a lowest point farther from zero than this is no floor, and worth a word.
 FLOOR = 0.1
 
+# Metres: joints so far from the fit are worth a note.
+ASTRAY = 0.02
 _NO_GAPS = "a BVH cannot say that something is missing"
 
 
@@ -56,13 +58,17 @@ def rig_of(
         ExportError: a segment has no pose over too long a time.
     """
     found = _found(fit)
-    absent = [s.joint for s in fit.skeleton.segments if s.joint and s.name not in fit.segments]
-    notes = [f"BVH: without {listed(absent)}"] if absent else []
+    fitted = {joint.joint for joint in fit.joints if joint.fitted}
+    gone = [s.joint for s in fit.skeleton.segments if s.joint and s.name not in fit.segments]
+    ends = [joint for joint in gone if joint in fitted]
+    notes = [f"BVH: without {listed(gone)}"] if gone else []
+    if ends:
+        notes.append(f"BVH: fitted, but no segment turns about them: {listed(ends)}")
     window = _window(fit, found, trim, notes)
     centres = _centres(fit, found)
     up = np.eye(3)[AXES.index(fit.up)]
     bones = [
-        Bone(s, parent, _joint(own), centre, _tip(own), own.pose.rotation)
+        Bone(s, parent, _joint(own), centre, _tip(own, fit), own.pose.rotation)
         for s, own, parent, centre in zip(
             found.segments, found.fits, found.parents, centres, strict=True
         )
@@ -79,7 +85,9 @@ def rig_of(
     lowest = _lowest(rest_places(rig), up)
     rig = replace(rig, offsets=rig.offsets - lowest * np.outer(_first(rig), up))
     rig = _moving(rig, found, bones, [upright @ turn for turn in turns], window)
-    lowest = _lowest(forward(rig), up)
+    places = forward(rig)
+    notes += _astray(fit, found, places[0], window)
+    lowest = _lowest(places, up)
     if floor:
         rig = replace(rig, position=rig.position - lowest * up)
     elif abs(lowest) > FLOOR:
@@ -122,8 +130,29 @@ def _joint(own: SegmentFit) -> Array:
     return np.zeros(3) if own.joint is None else own.joint
 
 
-def _tip(own: SegmentFit) -> Array:
-    """A point beyond the joint for a segment that ends there."""
+def _astray(fit: SkeletonFit, found: _Found, places: Array, window: slice) -> list[str]:
+    """A note on joints that bones of constant length put elsewhere than the fit does."""
+    tracks = {joint.child: joint for joint in fit.joints}
+    far = []
+    for segment, place in zip(found.segments, places, strict=True):
+        if segment.name in tracks:
+            joint = tracks[segment.name]
+            away = np.linalg.norm(place - joint.track[window], axis=1)
+            most = float(np.nanmax(away, initial=0.0))
+            if most > ASTRAY:
+                far.append(f"{joint.joint} {100 * most:.1f} cm")
+    if not far:
+        return []
+    return [
+        f"BVH: bones of constant length put joints elsewhere than the fit, at most {listed(far, 14)}"
+    ]
+
+
+def _tip(own: SegmentFit, fit: SkeletonFit) -> Array:
+    """A point beyond the joint for a segment that ends there: a joint without a child's pose, if it has one."""
+    below = [j for j in fit.joints if j.parent == own.name and j.fitted]
+    if len(below) == 1 and below[0].child not in fit.segments:
+        return below[0].centre
     if own.end is not None:
         return own.end
     return np.asarray(np.mean(list(own.template.values()), axis=0))

@@ -34,8 +34,8 @@ from mocap_skel.verdict import verdict
 
 TRUST = {
     "yes": ("●", "shown by the movement"),
-    "weak": ("◆", "shown in part: the standard error is a lower limit"),
-    "no": ("○", "place holders, no joint centres"),
+    "weak": ("◆", "shown in part, anatomy has its share"),
+    "no": ("○", "not shown by the movement: anatomy's, or place holders"),
     "none": ("–", "not fitted"),
 }
 

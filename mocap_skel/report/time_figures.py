@@ -48,7 +48,9 @@ def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
     for axes in grid[-1]:
         axes.set_xlabel("time (s)", fontsize=8)
     drawn.suptitle(_titled("Joint centres", actor, title), fontsize=11, x=0.01, ha="left")
-    _side_legend(drawn, [joint.joint for joint in joints], "known: no (place holder)")
+    _side_legend(
+        drawn, [joint.joint for joint in joints], "known: no (the movement does not show it)"
+    )
     missing = [joint.joint for joint in fit.joints if joint not in joints]
     return drawn, _caption(
         actor, "in brackets: is the joint known", missing and f"not seen: {listed(missing, 14)}"
@@ -88,9 +90,9 @@ def bones_figure(actor: Actor, title: str) -> tuple[Any, str]:
     for axes in grid[:, 0]:
         axes.set_ylabel("length (cm)", fontsize=8)
     for i in range(columns):
-        bottom = [axes for axes in grid[:, i] if axes.axison][-1]
-        bottom.set_xlabel("time (s)", fontsize=8)
-        bottom.tick_params(labelbottom=True)
+        for bottom in [axes for axes in grid[:, i] if axes.axison][-1:]:
+            bottom.set_xlabel("time (s)", fontsize=8)
+            bottom.tick_params(labelbottom=True)
     drawn.suptitle(_titled("Bone lengths", actor, title), fontsize=11, x=0.01, ha="left")
     _side_legend(drawn, [bone.start for bone in found] + [bone.end for bone in found])
     return drawn, _caption(
