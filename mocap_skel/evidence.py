@@ -5,7 +5,7 @@ All of it adds up: evidence of several clips is merged marker by marker, without
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -134,23 +134,17 @@ def moved(evidence: Evidence, rotation: Array, shift: Array) -> Evidence:
 
 def placed(evidence: Evidence, places: list[int], count: int) -> Evidence:
     """Its markers at those places among `count`; the others without a sample."""
-    empty: dict[str, Any] = {
-        name: np.zeros((count, *getattr(evidence, name).shape[1:]))
-        for name in _OF_EACH
-        if name != "moments"
+
+    def spread(part: Array) -> Array:
+        whole = np.zeros((count, *part.shape[1:]))
+        whole[places] = part
+        return whole
+
+    moments = Moments(*(spread(getattr(evidence.moments, f.name)) for f in fields(Moments)))
+    parts: dict[str, Any] = {
+        name: spread(getattr(evidence, name)) for name in _OF_EACH if name != "moments"
     }
-    m = evidence.moments
-    moments = Moments(
-        *(
-            np.zeros((count, *part.shape[1:]))
-            for part in (m.count, m.mean, m.covariance, m.third, m.fourth)
-        )
-    )
-    for name, array in empty.items():
-        array[places] = getattr(evidence, name)
-    for name in ("count", "mean", "covariance", "third", "fourth"):
-        getattr(moments, name)[places] = getattr(m, name)
-    return replace(evidence, moments=moments, **empty)
+    return replace(evidence, moments=moments, **parts)
 
 
 def information(evidence: Evidence, centre: Array) -> Array:

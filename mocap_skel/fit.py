@@ -222,7 +222,6 @@ class _Walk:
         self.lost: list[str] = []
         self.segments: dict[str, SegmentFit] = {}
         self.frames: dict[str, Frame] = {}
-        self.hinged: set[str] = set()
         self.joints: list[JointFit] = []
         self.markers = {
             name: self._seen(name, columns) for name, columns in assignment.columns.items()
@@ -439,9 +438,8 @@ class _Walk:
         """A joint that no motion shows, where anatomy has it."""
         if segment.parent not in self.segments:
             return None
-        parent, markers = self.segments[segment.parent], self.markers.get(segment.name, {})
-        points = self.points.get(segment.name, np.empty((self.clip.frames, len(markers), 3)))
-        expected = self._expected(segment, parent.pose.to_segment(points))
+        parent = self.segments[segment.parent]
+        expected = self._expected(segment, parent.pose.to_segment(self._points(segment)))
         return None if expected is None else self._named(segment, from_anatomy(expected, reason))
 
     def _named(self, segment: Segment, found: CentreFit) -> JointFit:
@@ -531,6 +529,7 @@ class _Walk:
         m = int(np.isfinite(points[..., 0]).sum(axis=0).argmax())
         place = np.zeros(3)
         distance = float(median(np.linalg.norm(points[:, m] - joint.track, axis=1)))
+        turn_seen = joint.hinge
         if distance < NO_DIRECTION * joint.residual:
             # The line from joint to marker is noise; the parent's turn is the best that is known.
             pose = turned_with(self.segments[joint.parent].pose, points[:, m])
@@ -541,7 +540,9 @@ class _Walk:
             )
         else:
             at = np.array([distance, 0.0, 0.0])
-            axis = self._hinge_below(segment, points[:, m], joint.track, axis)
+            below = self._hinge_below(segment, points[:, m], joint.track)
+            if below is not None:
+                axis, turn_seen = below, True
             pose = one_marker_pose(
                 points[:, m], joint.track, axis, place, at, np.array([0.0, 0.0, 1.0])
             )
@@ -551,25 +552,26 @@ class _Walk:
             self.segments[segment.name] = SegmentFit(segment.name, pose, {name: place}, at, end)
             self.frames[segment.name] = (
                 Frame(None, "weak", f"{segment.name} stands on one marker")
-                if joint.hinge or segment.name in self.hinged
+                if turn_seen
                 else Frame(None, "no", f"the turn of {segment.name} is not seen: one marker")
             )
 
-    def _hinge_below(self, segment: Segment, marker: Array, joint: Array, axis: Array) -> Array:
-        """The axis (frames, 3) of the hinge at a segment's other end, where anatomy has one there.
+    def _hinge_below(self, segment: Segment, marker: Array, joint: Array) -> Array | None:
+        """The axis (frames, 3) of the hinge at a segment's other end; None where anatomy has none there.
 
         It is fixed in the segment, and the lower bone shows it, as the segment's own marker cannot.
         """
+        if not self.prior:
+            return None
         for child in self.skeleton.segments:
             found = hinge_shift(child.priors) if child.parent == segment.name else None
-            if self.prior and found is not None and found[0] in self.markers[segment.name]:
-                ends = [self._track(name) for name in found[1].toward]
-                known = [end for end in ends if end is not None]
-                if len(known) == len(ends):
-                    below = np.mean(known, axis=0) - marker
-                    self.hinged.add(segment.name)
-                    return inward(marker - joint, below, found[1], self.size)
-        return axis
+            if found is None or found[0] not in self.markers[segment.name]:
+                continue
+            ends = [self._track(name) for name in found[1].toward]
+            known = [end for end in ends if end is not None]
+            if len(known) == len(ends):
+                return inward(marker - joint, np.mean(known, axis=0) - marker, found[1], self.size)
+        return None
 
     def _add(
         self, segment: Segment, pose: Pose, frame: Frame, shape: Shape, joint: Array | None

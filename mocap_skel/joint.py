@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -146,25 +147,31 @@ class Frame:
 
 def from_anatomy(expected: Expected, reason: str, markers: int = 0) -> CentreFit:
     """A centre of which the motion shows nothing; `reason` says why. The radii of markers are NaN."""
-    nothing = float("nan")
     return CentreFit(
-        centre=expected.mean, covariance=expected.covariance, samples=0, effective=0.0,
-        radius=np.full(markers, nothing), residual=nothing, sigma=nothing, weakest_sd=nothing, angle=nothing,
-        determined="no", reason=reason, method=PRIOR, axis=np.full(3, nothing), hinge=False,
-        motion=np.full(3, nothing), share=0.0, landmarks=expected.landmarks, source=expected.source,
+        centre=expected.mean, covariance=expected.covariance, radius=np.full(markers, np.nan),
+        reason=reason, method=PRIOR, share=0.0, landmarks=expected.landmarks, source=expected.source,
+        **_no_motion(),
     )  # fmt: skip
 
 
 def unfitted(joint: str, parent: str, child: str, frames: int, reason: str) -> JointFit:
     """A joint of which nothing is known."""
-    nothing = float("nan")
     return JointFit(
-        centre=np.full(3, nothing), covariance=np.full((3, 3), nothing), samples=0, effective=0.0,
-        radius=np.empty(0), residual=nothing, sigma=nothing, weakest_sd=nothing, angle=nothing,
-        determined="no", reason=reason, method="", axis=np.full(3, nothing), hinge=False,
-        motion=np.full(3, nothing), share=nothing, landmarks=(), source="",
-        joint=joint, parent=parent, child=child, markers=(), track=np.full((frames, 3), nothing),
+        centre=np.full(3, np.nan), covariance=np.full((3, 3), np.nan), radius=np.empty(0),
+        reason=reason, method="", share=np.nan, landmarks=(), source="",
+        joint=joint, parent=parent, child=child, markers=(), track=np.full((frames, 3), np.nan),
+        **_no_motion(),
     )  # fmt: skip
+
+
+def _no_motion() -> dict[str, Any]:
+    """What a fit without any sample has for evidence."""
+    nothing = float("nan")
+    return {
+        "samples": 0, "effective": 0.0, "residual": nothing, "sigma": nothing, "weakest_sd": nothing,
+        "angle": nothing, "determined": "no", "axis": np.full(3, nothing), "hinge": False,
+        "motion": np.full(3, nothing),
+    }  # fmt: skip
 
 
 def fit_centre(

@@ -87,9 +87,7 @@ def _sides(fit: SkeletonFit) -> Iterator[str]:
 
 
 def _movements(fit: SkeletonFit) -> Iterator[str]:
-    poor = sorted(
-        (j for j in fit.joints if error_95(j) > SHARP), key=lambda j: -min(error_95(j), 10.0)
-    )
+    poor = sorted((j for j in fit.joints if error_95(j) > SHARP), key=error_95, reverse=True)
     asked: dict[str, None] = {}
     for joint in poor:
         movement = fit.skeleton[joint.child].movement
