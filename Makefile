@@ -11,7 +11,7 @@ help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
 
 # Made again when the dependencies or the entry point change; otherwise a second run starts at once.
-$(STAMP): pyproject.toml mocap_skel/__init__.py
+$(STAMP): pyproject.toml mocap_skel/version.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "mocap-skel needs Python 3.11 or newer: make PYTHON=python3.11 ..." >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
@@ -26,7 +26,7 @@ test: lint types $(STAMP) ## Lint, types and all tests
 
 N ?= 10000
 fuzz: $(STAMP) ## Try N damaged files (make fuzz N=10000), seeds from FIRST on
-	MOCAP_SKEL_FUZZ=$(N) MOCAP_SKEL_FUZZ_FIRST=$(or $(FIRST),0) $(BIN)/python -m pytest -q tests/test_fuzz.py
+	MOCAP_SKEL_FUZZ=$(N) MOCAP_SKEL_FUZZ_FIRST=$(or $(FIRST),0) $(BIN)/python -m pytest -q tests/readers/test_fuzz.py
 
 lint: $(STAMP) ## ruff: rules and format
 	$(BIN)/ruff check .

@@ -13,9 +13,9 @@ import numpy as np
 from timing import alternate
 
 from mocap_skel import read_clip
-from mocap_skel.guess import guess_association
-from mocap_skel.guess.figure import find_figure
-from mocap_skel.guess.rigid import distances, rigid_groups
+from mocap_skel.labels.guess import guess_association
+from mocap_skel.labels.guess.figure import find_figure
+from mocap_skel.labels.guess.rigid import distances, rigid_groups
 
 ROOT = Path(__file__).parent.parent
 MARKERS, FRAMES, MISSING, SEED = 100, 3000, 0.1, 0

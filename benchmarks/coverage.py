@@ -36,7 +36,7 @@ from mocap_skel.artificial import (
     walk,
 )
 from mocap_skel.clip import Clip
-from mocap_skel.fit import SkeletonFit
+from mocap_skel.skeleton_fit import SkeletonFit
 
 RATE = 60.0
 MISPLACED = 0.01

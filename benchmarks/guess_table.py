@@ -15,12 +15,12 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from mocap_skel.association import SHIPPED, associate, read_association
 from mocap_skel.errors import MocapSkelError
-from mocap_skel.guess import guess_association
-from mocap_skel.guess.figure import find_figure
+from mocap_skel.figure.skeleton import read_skeleton
+from mocap_skel.labels.association import SHIPPED, associate, read_association
+from mocap_skel.labels.guess import guess_association
+from mocap_skel.labels.guess.figure import find_figure
 from mocap_skel.readers import read_clip
-from mocap_skel.skeleton import read_skeleton
 
 ROOT = Path(__file__).parent.parent
 CLIPS = Path(os.environ.get("MOCAP_SKEL_CLIPS", ROOT.parent / "shared" / "clips"))

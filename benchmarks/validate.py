@@ -48,9 +48,9 @@ def main(
     from validation.harness import validate
     from validation.tables import as_csv, as_json, text
 
-    from mocap_skel.association import read_association
     from mocap_skel.errors import CallError
     from mocap_skel.export.files import check_free, write_all
+    from mocap_skel.labels.association import read_association
 
     try:
         if output is not None:

@@ -13,33 +13,34 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from mocap_skel.version import __version__ as __version__
+
 if TYPE_CHECKING:
-    from mocap_skel.association import Association, associate, read_association
     from mocap_skel.clip import Clip
     from mocap_skel.errors import MocapSkelError
-    from mocap_skel.export.results import write_fit
-    from mocap_skel.fit import SkeletonFit, fit_skeleton
+    from mocap_skel.export.result_files import write_fit
+    from mocap_skel.figure.skeleton import read_skeleton
+    from mocap_skel.fit import fit_skeleton
+    from mocap_skel.labels.association import Association, associate, read_association
     from mocap_skel.readers import read_clip
-    from mocap_skel.skeleton import read_skeleton
-    from mocap_skel.tables import joints_table, points_table, tracks_table
-
-__version__ = "0.1.0"
+    from mocap_skel.results.tables import joints_table, points_table, tracks_table
+    from mocap_skel.skeleton_fit import SkeletonFit
 
 # Loaded on first use: `mocap-skel --help` must not wait for numpy.
 _PUBLIC = {
-    "Association": "association",
+    "Association": "labels.association",
     "Clip": "clip",
     "MocapSkelError": "errors",
-    "SkeletonFit": "fit",
-    "associate": "association",
+    "SkeletonFit": "skeleton_fit",
+    "associate": "labels.association",
     "fit_skeleton": "fit",
-    "joints_table": "tables",
-    "points_table": "tables",
-    "read_association": "association",
+    "joints_table": "results.tables",
+    "points_table": "results.tables",
+    "read_association": "labels.association",
     "read_clip": "readers",
-    "read_skeleton": "skeleton",
-    "tracks_table": "tables",
-    "write_fit": "export.results",
+    "read_skeleton": "figure.skeleton",
+    "tracks_table": "results.tables",
+    "write_fit": "export.result_files",
 }
 
 __all__ = [

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+# What a vertical axis may be called.
+AXES = ("x", "y", "z")
+
 
 @dataclass(frozen=True, eq=False)
 class Clip:

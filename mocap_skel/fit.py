@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mocap_skel.association import Assignment
-from mocap_skel.calibration import (
+from mocap_skel.clip import Clip
+from mocap_skel.errors import FitError, RootError
+from mocap_skel.figure.skeleton import Segment, Skeleton
+from mocap_skel.joints.calibration import (
     Calibration,
     Pooled,
     Template,
@@ -17,11 +17,7 @@ from mocap_skel.calibration import (
     pooled_evidence,
     share_of,
 )
-from mocap_skel.cases import beside, filled, filled_by_hinge, middle, turned_with
-from mocap_skel.choices import POSES, PRIORS, SHAPED, check_method
-from mocap_skel.clip import Clip
-from mocap_skel.errors import FitError, RootError
-from mocap_skel.joint import (
+from mocap_skel.joints.centre import (
     BEST,
     LEAST_SAMPLES,
     PRIOR,
@@ -32,10 +28,8 @@ from mocap_skel.joint import (
     from_anatomy,
     unfitted,
 )
-from mocap_skel.left_out import LeftOut, left_out, notes
-from mocap_skel.noise import clip_noise
-from mocap_skel.pose import Array, Pose, by_rows, one_marker_pose
-from mocap_skel.priors import (
+from mocap_skel.joints.choices import POSES, PRIORS, SHAPED, check_method
+from mocap_skel.joints.priors import (
     Expected,
     Surroundings,
     expected_joint,
@@ -43,87 +37,20 @@ from mocap_skel.priors import (
     inward,
     subject_size,
 )
-from mocap_skel.shape import Shape, find_shape, median
-from mocap_skel.skeleton import Segment, Skeleton
+from mocap_skel.joints.two_sided import SharedPoint, shared_point
+from mocap_skel.labels.association import Assignment
+from mocap_skel.segments.cases import beside, filled, filled_by_hinge, middle, turned_with
+from mocap_skel.segments.left_out import LeftOut, left_out, notes
+from mocap_skel.segments.noise import clip_noise
+from mocap_skel.segments.pose import Array, Pose, by_rows, one_marker_pose
+from mocap_skel.segments.shape import Shape, find_shape, median
+from mocap_skel.segments.trouble import Mask, off_sphere, out_of_shape
+from mocap_skel.skeleton_fit import SegmentFit, SkeletonFit
 from mocap_skel.spherefit import DegenerateSphereError, Moments, sphere_moments
 from mocap_skel.text import listed
-from mocap_skel.trouble import Mask, off_sphere, out_of_shape
-from mocap_skel.two_sided import SharedPoint, shared_point
 
 # A marker nearer to its joint than so many radial residuals shows no direction.
 NO_DIRECTION = 3.0
-
-
-@dataclass(frozen=True, eq=False)
-class SegmentFit:
-    """A segment's pose in every frame and the points fixed in it. Metres.
-
-    Attributes:
-        name: the segment.
-        pose: NaN in frames that do not determine it.
-        template: markers in the segment's own coordinates, name → (3,).
-        joint: (3,) the joint towards the parent in the segment's own coordinates; None for the root.
-        end: (3,) the end point of a leaf in the segment's own coordinates; None for the others.
-        drawn_through: names of the three points that give its axes; empty for a segment of one marker.
-        rigid: standard deviation of its markers about the template, metres, skin included.
-    """
-
-    name: str
-    pose: Pose
-    template: dict[str, Array]
-    joint: Array | None
-    end: Array | None
-    drawn_through: tuple[str, ...] = ()
-    rigid: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class SkeletonFit:
-    """A skeleton moving through a clip. Metres, in the clip's own axes.
-
-    Attributes:
-        clip: the clip's name.
-        subject: "" where the clip has no subjects.
-        skeleton: the figure.
-        frame_numbers: (frames,), the file's own.
-        rate: frames a second.
-        up: the clip's vertical axis.
-        sigma: noise standard deviation of a marker, given or estimated.
-        segments: the segments with a pose, parents first.
-        joints: one a joint of the skeleton, in its order; `JointFit.fitted` tells which are known.
-        notes: what was decided and what is missing, one sentence each.
-        left_out: markers with samples that are left out because the marker was somewhere else.
-    """
-
-    clip: str
-    subject: str
-    skeleton: Skeleton
-    frame_numbers: NDArray[np.int64]
-    rate: float
-    up: str
-    sigma: float
-    segments: dict[str, SegmentFit]
-    joints: tuple[JointFit, ...]
-    notes: tuple[str, ...]
-    left_out: tuple[LeftOut, ...] = ()
-
-    @property
-    def time(self) -> Array:
-        """(frames,) seconds; a clip cut out of a longer take keeps its place in it."""
-        return np.asarray((self.frame_numbers - 1) / self.rate)
-
-    def tracks(self) -> Iterator[tuple[str, Array]]:
-        """Name and lab track (frames, 3) of every joint, of the root's origin, of each leaf's end point."""
-        for joint in self.joints:
-            yield joint.joint, joint.track
-        for segment in dict.fromkeys((self.skeleton.root, *self.skeleton.leaves)):
-            found = self.segments.get(segment.name)
-            if found is None:
-                yield segment.name, np.full((len(self.frame_numbers), 3), np.nan)
-            elif segment.parent is None:
-                yield segment.name, found.pose.origin
-            elif found.end is not None:
-                yield segment.name, found.pose.to_lab(found.end)
 
 
 def fit_skeleton(
@@ -324,9 +251,7 @@ class _Walk:
         guessed = [f"{j.joint} ({j.reason})" for j in self.joints if j.method == PRIOR]
         if guessed:
             found.append(f"joints from anatomy alone: {listed(guessed, 20)}")
-        unknown = [
-            j.joint for j in self.joints if j.fitted and j.determined == "no" and not j.landmarks
-        ]
+        unknown = [j.joint for j in self.joints if j.fitted and j.shown == "no" and not j.landmarks]
         if unknown:
             found.append(f"place holders, no joint centres (known: no): {listed(unknown, 20)}")
         if self.calibrated:
@@ -517,7 +442,7 @@ class _Walk:
             if joint.hinge:
                 pose = filled_by_hinge(pose, shape, points, joint.track, axis)
             frame = Frame(shape)
-            if joint.determined == "no":
+            if joint.shown == "no":
                 doubt = f"the frame of {segment.name} rests on {joint.joint}, which is not known"
                 frame = Frame(shape, "weak", doubt)
             self._add(segment, pose, frame, shape, shape.template[-1])

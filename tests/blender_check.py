@@ -15,15 +15,15 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_skel.association import associate, read_association
-from mocap_skel.axes import turned
 from mocap_skel.errors import MocapSkelError
 from mocap_skel.export.bvh import bvh_text
 from mocap_skel.export.joint_names import joint_names
-from mocap_skel.export.rig import rig_of
 from mocap_skel.fit import fit_skeleton
-from mocap_skel.kinematics import forward, rest_places
+from mocap_skel.labels.association import associate, read_association
 from mocap_skel.readers import read_clip
+from mocap_skel.results.axes import turned
+from mocap_skel.rig.kinematics import forward, rest_places
+from mocap_skel.rig.rigging import rig_of
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
 CLIPS = [f"{SAMPLES}/{name}.c3d:cmu" for name in ("range_of_motion", "two_dancers", "nearly_still")]

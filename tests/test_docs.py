@@ -9,13 +9,13 @@ import sys
 import pytest
 from command_pages import PAGES as COMMAND_PAGES
 from command_pages import default, metavar, pages
-from conftest import ROOT, SAMPLES
 from doc_blocks import PAGES, python_of, run_page
+from recordings import ROOT, SAMPLES
 
 import mocap_skel
 from mocap_skel.cli import COMMANDS, group
 from mocap_skel.export import WRITERS
-from mocap_skel.skeleton import SHIPPED
+from mocap_skel.figure.skeleton import SHIPPED
 
 
 @pytest.mark.parametrize(("page", "least"), [*zip(PAGES, (6, 9, 2, 16), strict=True)])
@@ -125,7 +125,7 @@ def test_the_package_is_typed_and_gives_what_it_lists():
     assert (ROOT / "mocap_skel" / "py.typed").exists()
     assert sorted(mocap_skel.__all__) == sorted(mocap_skel._PUBLIC)
     source = (ROOT / "mocap_skel" / "__init__.py").read_text()
-    seen = source[source.index("if TYPE_CHECKING:") : source.index("__version__")]
+    seen = source[source.index("if TYPE_CHECKING:") : source.index("_PUBLIC")]
     for name in mocap_skel.__all__:
         assert getattr(mocap_skel, name).__name__ == name
         assert re.search(rf"\b{name}\b", seen), f"{name}: type checkers do not see it"

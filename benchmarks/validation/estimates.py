@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.association import Assignment
 from mocap_skel.clip import Clip
 from mocap_skel.errors import MocapSkelError
-from mocap_skel.fit import SkeletonFit, fit_skeleton
-from mocap_skel.joint import JointFit
-from mocap_skel.pose import Pose
-from mocap_skel.shape import find_shape, median
-from mocap_skel.skeleton import Skeleton
+from mocap_skel.figure.skeleton import Skeleton
+from mocap_skel.fit import fit_skeleton
+from mocap_skel.joints.centre import JointFit
+from mocap_skel.labels.association import Assignment
+from mocap_skel.segments.pose import Pose
+from mocap_skel.segments.shape import find_shape, median
+from mocap_skel.skeleton_fit import SkeletonFit
 from validation import published
 
 Array = NDArray[np.float64]

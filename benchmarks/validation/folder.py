@@ -8,10 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_skel.association import SHIPPED, Assignment, Association, associate, read_association
 from mocap_skel.clip import Clip
 from mocap_skel.errors import MocapSkelError
-from mocap_skel.guess import guess_association
+from mocap_skel.labels.association import (
+    SHIPPED,
+    Assignment,
+    Association,
+    associate,
+    read_association,
+)
+from mocap_skel.labels.guess import guess_association
 
 GUESS = "guess"
 # Share of the labels that may be markers which a shipped file has to know.

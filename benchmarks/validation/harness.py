@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from mocap_skel.association import Assignment
 from mocap_skel.errors import MocapSkelError
+from mocap_skel.figure.skeleton import Skeleton
+from mocap_skel.labels.association import Assignment
 from mocap_skel.readers import read_clip
-from mocap_skel.skeleton import Skeleton
 from validation.estimates import Subject
 from validation.folder import choose
 from validation.references import ASF, Reference, References, find_references, ranked, without

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.pose import Pose
+from mocap_skel.segments.pose import Pose
 
 Array = NDArray[np.float64]
 METHODS = ("SCoRE", "Gamage-Lasenby", "Halvorsen", "Chang-Pollard")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.pose import least_squares_pose
+from mocap_skel.segments.pose import least_squares_pose
 from validation.estimates import METHODS, OURS, Subject
 from validation.references import FUNCTIONAL, Reference
 
@@ -119,7 +119,7 @@ def _row(name: str, subject: Subject, one: Reference) -> ErrorRow:
         kind=one.kind,
         source=one.source,
         counts=one.counts,
-        known=joint.determined if joint.fitted else "-",
+        known=joint.shown if joint.fitted else "-",
         own_parent=parent is not None and parent.own,
         wander=100 * _rms(inside - _mean(inside)),
         errors={m: 100 * _rms(subject.tracks[m][one.joint] - one.track) for m in METHODS},
@@ -195,7 +195,7 @@ def halves(name: str, subject: Subject) -> list[HalfRow]:
             name,
             subject.assignment.subject,
             joint,
-            fit.determined,
+            fit.shown,
             {
                 m: 1e3
                 * float(np.linalg.norm(one[m].get(joint, nothing) - two[m].get(joint, nothing)))
@@ -261,7 +261,7 @@ def _carry(name: str, subject: Subject, other: Subject, one: Reference) -> Error
         kind="carried",
         source=one.source,
         counts=False,
-        known=joint.determined,
+        known=joint.shown,
         own_parent=True,
         wander=100 * _rms(inside - _mean(inside)),
         errors={m: 100 * _rms(inside - c) for m, c in constants.items()},

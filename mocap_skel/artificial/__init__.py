@@ -1,5 +1,7 @@
 """Optical motion-capture clips with known truth: for tests, studies and your own experiments.
 
+Here belongs what makes such a clip. It may import `figure` and the ground.
+
 Example:
     >>> from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
     >>> faults = Faults(sigma=0.001, slide=0.005, dropout=0.1)

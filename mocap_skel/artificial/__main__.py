@@ -16,7 +16,7 @@ from mocap_skel.artificial.others import figure_of, markers_of, ranges_of
 from mocap_skel.artificial.recording import Recording, merge, record
 from mocap_skel.artificial.write import UNITS, write_c3d, write_truth
 from mocap_skel.errors import MocapSkelError
-from mocap_skel.skeleton import STANDARD, read_skeleton
+from mocap_skel.figure.skeleton import STANDARD, read_skeleton
 
 MOTIONS = ("rom", "dance", "walk", "still")
 SPACING = 2.0

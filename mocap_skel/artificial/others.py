@@ -11,8 +11,8 @@ import numpy as np
 from mocap_skel.artificial.figure import Figure, Segment, Vector, human
 from mocap_skel.artificial.markers import MarkerSet, place_of
 from mocap_skel.artificial.motion import ROM_DEGREES, Limits
-from mocap_skel.skeleton import Segment as Names
-from mocap_skel.skeleton import Skeleton
+from mocap_skel.figure.skeleton import Segment as Names
+from mocap_skel.figure.skeleton import Skeleton
 
 # Segment -> its joint in the parent's axes, and its far end in its own where nothing hangs on it, metres.
 _Bone = tuple[Vector, Vector | None]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mocap_skel.pose import Array
+from mocap_skel.artificial.faults import Array
 
 
 def cap(rng: np.random.Generator, shape: Sequence[int], angle: float, radius: float = 1.0) -> Array:

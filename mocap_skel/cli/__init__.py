@@ -1,4 +1,7 @@
-"""The command line: one module a command, loaded when it is called, and one door for every error."""
+"""The command line: one module a command, loaded when it is called, and one door for every error.
+
+Here belongs parsing, calling and printing, nothing that computes. It may import everything.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,8 @@ from importlib import import_module
 
 import click
 
-from mocap_skel import __version__
 from mocap_skel.errors import CallError, MocapSkelError
+from mocap_skel.version import __version__
 
 # Command → the line that `mocap-skel --help` shows for it, so that help loads no command.
 COMMANDS = {

@@ -39,10 +39,10 @@ def command(
     """
     if association is None:
         raise options.missing_association()
-    from mocap_skel.association import associate, read_association
-    from mocap_skel.association_check import check_association
+    from mocap_skel.labels.association import associate, read_association
     from mocap_skel.readers import read_clip
     from mocap_skel.report.check_table import check_row, check_table
+    from mocap_skel.results.marker_check import check_association
 
     known = read_association(association, skeleton)
     read = read_clip(clip, unit=unit, rate=rate, salvage=salvage)

@@ -60,9 +60,9 @@ def guess(
     Labels that say nothing at all (numbers, channels) take --by-motion: markers that keep their distances
     become segment_1, segment_2 ..., hung on each other where two share a fixed point.
     """
-    from mocap_skel.association import check_subject
     from mocap_skel.export.files import check_free
-    from mocap_skel.guess import repeated
+    from mocap_skel.labels.association import check_subject
+    from mocap_skel.labels.guess import repeated
     from mocap_skel.readers import read_clip
 
     how = repeated(subject, unit, rate, salvage=salvage)
@@ -100,15 +100,15 @@ def guess(
 
 
 def _by_names(clip: Clip, subject: str | None, how: list[str]) -> Found:
-    from mocap_skel.guess import guess_association, in_words
-    from mocap_skel.guess.text import association_text
+    from mocap_skel.labels.guess import guess_association, in_words
+    from mocap_skel.labels.guess.text import association_text
 
     found = guess_association(clip, subject, how)
     return [association_text(found)], [asdict(line) for line in found.lines], in_words(found)
 
 
 def _by_motion(clip: Clip, subject: str | None, paths: list[Path]) -> Found:
-    from mocap_skel.guess.figure import figure_texts, find_figure
+    from mocap_skel.labels.guess.figure import figure_texts, find_figure
 
     found = find_figure(clip, subject)
     name = paths[0].name if paths else "figure.toml"

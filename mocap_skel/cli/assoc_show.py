@@ -15,7 +15,7 @@ from mocap_skel.cli import options, say
 @options.as_json
 def list_(as_json: bool) -> int:
     """List the shipped association files: their names, for --assoc, and what they are for."""
-    from mocap_skel.guess.catalogue import shipped_associations
+    from mocap_skel.labels.guess.catalogue import shipped_associations
 
     found = shipped_associations()
     if as_json:
@@ -36,8 +36,8 @@ def list_(as_json: bool) -> int:
 @click.argument("name", metavar="NAME")
 def show(name: str) -> int:
     """Print the association file NAME, a shipped one or a path: a start for one of your own."""
-    from mocap_skel.association import find_association, read_association
     from mocap_skel.errors import AssociationError
+    from mocap_skel.labels.association import find_association, read_association
     from mocap_skel.text import read_text
 
     # A file that is none is refused, with its line and column.
@@ -54,7 +54,7 @@ def standard(as_json: bool) -> int:
     These are the names for the second column of an association file. A marker without one takes a name
     of its own there and its segment in the third.
     """
-    from mocap_skel.guess.catalogue import standard_markers
+    from mocap_skel.labels.guess.catalogue import standard_markers
 
     found = standard_markers()
     if as_json:

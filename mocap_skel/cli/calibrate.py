@@ -13,7 +13,7 @@ from mocap_skel.cli.jobs import Told, job_of
 from mocap_skel.errors import CallError
 
 if TYPE_CHECKING:
-    from mocap_skel.pooling import Calibrated
+    from mocap_skel.joints.calibration import Calibrated
 
 
 @click.command(
@@ -54,13 +54,13 @@ def command(
         raise options.missing_association()
     from mocap_skel.export.calibration_json import calibration_json
     from mocap_skel.export.files import check_free, write_all
-    from mocap_skel.pooling import calibrate
+    from mocap_skel.pipeline.calibrate import calibrate
 
     if output.resolve() in {clip.resolve() for clip in clips}:
         raise CallError(f"{output}: is itself a clip of this call", "use another -o")
     check_free([output], overwrite)
     job = job_of(told)
-    from mocap_skel.choices import check_method
+    from mocap_skel.joints.choices import check_method
 
     try:
         check_method(job.method, job.noise, job.sigma, calibrated=True)
@@ -83,7 +83,7 @@ def command(
 
 
 def _print_json(done: Calibrated) -> None:
-    from mocap_skel.tables import joint_row
+    from mocap_skel.results.tables import joint_row
 
     for found in done.joints:
         row = {"clip": found.clip, **joint_row(found.joint), "shares": found.shares}

@@ -71,7 +71,7 @@ def command(
 
     # Better said before anything is loaded or read.
     extra("matplotlib.figure", "plot")
-    from mocap_skel.drawing import Drawing, draw
+    from mocap_skel.pipeline.drawing import Drawing, draw
 
     wanted = Drawing(plot, frames, sheet or 0, view or "oblique", output, overwrite)
     done = draw(clip, job_of(told), wanted)

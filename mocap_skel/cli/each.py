@@ -15,8 +15,8 @@ from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, say
 from mocap_skel.errors import CallError, MocapSkelError
 
 if TYPE_CHECKING:
-    from mocap_skel.batch import Done
-    from mocap_skel.job import Job
+    from mocap_skel.pipeline.clip_files import Done
+    from mocap_skel.pipeline.job import Job
 
 
 def run(clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool) -> int:
@@ -25,7 +25,7 @@ def run(clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool) -> int
     Returns:
         The exit code. Without `job.folder` the one clip's result goes to standard output.
     """
-    from mocap_skel.batch import Isolated, process
+    from mocap_skel.pipeline.clip_files import Isolated, process
 
     debug = bool(click.get_current_context().find_root().obj)
     failures: list[MocapSkelError] = []
@@ -97,7 +97,7 @@ def _send(path: Path, done: Done) -> None:
 
 
 def _print_json(path: Path, done: Done) -> None:
-    from mocap_skel.tables import joint_rows
+    from mocap_skel.results.tables import joint_rows
 
     for fit in done.fits:
         for row in joint_rows(fit):
@@ -106,7 +106,7 @@ def _print_json(path: Path, done: Done) -> None:
 
 def _print_tables(path: Path, done: Done) -> None:
     from mocap_skel.report.terminal import joint_table
-    from mocap_skel.verdict import verdict
+    from mocap_skel.results.verdict import verdict
 
     for fit in done.fits:
         say("\n".join([joint_table(fit, str(path)), *verdict(fit)]))

@@ -11,8 +11,8 @@ import click
 from mocap_skel.cli import options, say
 
 if TYPE_CHECKING:
-    from mocap_skel.association import Assignment
     from mocap_skel.clip import Clip
+    from mocap_skel.labels.association import Assignment
 
 
 @click.command("inspect", epilog="Example: mocap-skel inspect walk.c3d --assoc cmu")
@@ -38,11 +38,11 @@ def command(
 
     With --assoc also which marker of which segment each label is, and what does not match.
     """
-    from mocap_skel.association import associate, check_subject, read_association
     from mocap_skel.errors import ClipError
-    from mocap_skel.inspection import marker_rows
+    from mocap_skel.labels.association import associate, check_subject, read_association
     from mocap_skel.readers import read_clip
     from mocap_skel.report.terminal import clip_table
+    from mocap_skel.results.inspection import marker_rows
 
     known = None if association is None else read_association(association, skeleton)
     read = read_clip(clip, unit=unit, rate=rate, salvage=salvage)

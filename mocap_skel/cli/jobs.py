@@ -9,9 +9,9 @@ from mocap_skel.cli import options
 from mocap_skel.errors import CallError
 
 if TYPE_CHECKING:
-    from mocap_skel.association import Association
-    from mocap_skel.calibration import Calibration
-    from mocap_skel.job import Job
+    from mocap_skel.joints.calibration import Calibration
+    from mocap_skel.labels.association import Association
+    from mocap_skel.pipeline.job import Job
 
 
 class Told(TypedDict):
@@ -43,8 +43,8 @@ def job_of(told: Told, **more: Any) -> Job:
         # Names are guessed for the standard human.
         raise options.missing_association()
     options.check_estimation(told["method"], told["noise"], told["sigma"])
-    from mocap_skel.association import read_association
-    from mocap_skel.job import Job
+    from mocap_skel.labels.association import read_association
+    from mocap_skel.pipeline.job import Job
 
     association = None if name is None else read_association(name, skeleton)
     calibration = _calibration(told, association)
@@ -62,8 +62,8 @@ def _calibration(told: Told, association: Association | None) -> Calibration | N
     if association is None:
         # Names that are guessed clip by clip need not be the same in another clip.
         raise CallError("--calibration needs the --assoc that it was made with")
-    from mocap_skel.choices import check_method
     from mocap_skel.export.calibration_json import read_calibration
+    from mocap_skel.joints.choices import check_method
 
     try:
         check_method(told["method"], told["noise"], told["sigma"], calibrated=True)

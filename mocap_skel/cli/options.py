@@ -130,8 +130,8 @@ def check_estimation(method: str, noise: str, sigma: object) -> None:
     Raises:
         CallError: --method, --noise and --sigma contradict each other.
     """
-    from mocap_skel.choices import check_method
     from mocap_skel.extras import extra
+    from mocap_skel.joints.choices import check_method
 
     if method == "mle":
         extra("scipy.optimize", "mle")
@@ -152,7 +152,7 @@ association = click.option(
     "plug_in_gait ... (mocap-skel assoc list).",
 )  # fmt: skip
 skeleton = click.option(
-    "--skeleton", metavar="NAME", type=Named(("skeletons",), ".toml"),
+    "--skeleton", metavar="NAME", type=Named(("figure/skeletons",), ".toml"),
     help="Skeleton by name or file, in place of the association file's; it may be a part of it.",
 )  # fmt: skip
 subject = click.option(

@@ -46,7 +46,7 @@ def command(
             "-o - sends the page of one clip and nothing else", "give a folder for more"
         )
     each.check_names(clips)
-    from mocap_skel.job import PAGE
+    from mocap_skel.pipeline.job import PAGE
 
     job = job_of(
         told,

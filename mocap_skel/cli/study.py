@@ -15,7 +15,7 @@ from mocap_skel.cli import options, say
 from mocap_skel.cli.jobs import Told, job_of
 
 if TYPE_CHECKING:
-    from mocap_skel.studies.run import Findings, Where
+    from mocap_skel.pipeline.study import Findings, Where
 
 
 @click.group("study", epilog="Example: mocap-skel study resample walk.c3d --assoc cmu -o study")
@@ -75,7 +75,7 @@ def resample(
     answers are found and measured about each answer's own mean. A pass is kept when it is done, in a
     hidden folder beside the results: after an interruption, the same call goes on from there.
     """
-    from mocap_skel.studies import run
+    from mocap_skel.pipeline import study as run
 
     if told["association"] is None:
         raise options.missing_association()
@@ -128,7 +128,7 @@ def speed(
     from mocap_skel.studies.parallel import use_one_core
 
     use_one_core()
-    from mocap_skel.studies import run
+    from mocap_skel.pipeline import study as run
 
     where = _where(folder, overwrite, figures, quiet, "sets", None)
     found = run.run_speed(trials, most_points, seed, where)
@@ -174,7 +174,7 @@ def accuracy(
     estimated, thesis 6.7), accuracy.markers.csv (markers of different noise) and accuracy.map.png,
     where each estimator breaks, with the criterion's line.
     """
-    from mocap_skel.studies import run
+    from mocap_skel.pipeline import study as run
     from mocap_skel.studies.accuracy import Plan
 
     where = _where(folder, overwrite, figures, quiet, "cells", workers)
@@ -189,7 +189,7 @@ def accuracy(
 def _where(
     folder: Path, overwrite: bool, figures: bool, quiet: bool, unit: str, workers: int | None
 ) -> Where:
-    from mocap_skel.studies.run import Where, no_progress
+    from mocap_skel.pipeline.study import Where, no_progress
 
     def bar(parts: Iterable[Any], count: int) -> Iterable[Any]:
         from tqdm import tqdm

@@ -1,4 +1,8 @@
-"""Result formats: what each is called, which files it makes, and how."""
+"""Result formats: what each is called, which files it makes, and how.
+
+Here belongs one module a format, and the writing of files whole or not at all. It may import `rig`,
+`results` and what stands below them.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from mocap_skel.axes import turned
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError
 from mocap_skel.export.bvh import CENTIMETRES, bvh
 from mocap_skel.export.tables_csv import joints_csv, skeleton_csv
-from mocap_skel.fit import SkeletonFit
+from mocap_skel.results.axes import turned
+from mocap_skel.skeleton_fit import SkeletonFit
 
 
 @dataclass(frozen=True)

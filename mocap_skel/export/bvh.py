@@ -14,10 +14,10 @@ import numpy as np
 
 from mocap_skel.export.euler import euler_angles
 from mocap_skel.export.joint_names import joint_names
-from mocap_skel.export.rig import LONGEST_GAP, SHORTEST_END, rig_of
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.kinematics import Rig
-from mocap_skel.pose import Array
+from mocap_skel.rig.kinematics import Rig
+from mocap_skel.rig.rigging import LONGEST_GAP, SHORTEST_END, rig_of
+from mocap_skel.segments.pose import Array
+from mocap_skel.skeleton_fit import SkeletonFit
 
 __all__ = ["CENTIMETRES", "LONGEST_GAP", "SHORTEST_END", "bvh", "bvh_text"]
 

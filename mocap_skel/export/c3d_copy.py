@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from mocap_skel.clip import Clip
 from mocap_skel.errors import ClipError, ExportError, OutputError
 from mocap_skel.export.parameters import Parameters
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.pose import Array
 from mocap_skel.readers import read_clip
 from mocap_skel.readers.machine import encoded
 from mocap_skel.readers.markers import AXES_LIST, SKELETON_LIST
@@ -23,7 +21,9 @@ from mocap_skel.readers.raw import number
 from mocap_skel.readers.section import BLOCK
 from mocap_skel.readers.survey import Survey, survey
 from mocap_skel.readers.units import metres_in
-from mocap_skel.tables import track_kinds
+from mocap_skel.results.tables import track_kinds
+from mocap_skel.segments.pose import Array
+from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import counted, listed
 
 # Metres from a segment's origin to the tips of its axes.
@@ -126,7 +126,7 @@ def _frames(found: Survey, clip: Clip, content: bytes) -> NDArray[np.uint8]:
 
 
 def _tracks(fit: SkeletonFit) -> Iterable[_Point]:
-    known = {joint.joint: joint.determined for joint in fit.joints}
+    known = {joint.joint: joint.shown for joint in fit.joints}
     for name, kind, track in track_kinds(fit):
         verdict = f", known: {known[name]}" if kind == "joint" else ""
         yield _Point(name, track, f"{_SAID[kind]} by mocap-skel{verdict}")

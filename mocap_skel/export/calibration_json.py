@@ -9,14 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from mocap_skel.calibration import Calibration, ClipEvidence, JointEvidence, Template
 from mocap_skel.errors import CallError
-from mocap_skel.evidence import Evidence
-from mocap_skel.pooling import CalibratedJoint
-from mocap_skel.pose import Array
-from mocap_skel.skeleton import Skeleton
+from mocap_skel.figure.skeleton import Skeleton
+from mocap_skel.joints.calibration import (
+    CalibratedJoint,
+    Calibration,
+    ClipEvidence,
+    JointEvidence,
+    Template,
+)
+from mocap_skel.joints.evidence import Evidence
+from mocap_skel.joints.two_sided import SharedPoint
+from mocap_skel.segments.pose import Array
 from mocap_skel.spherefit import Moments
-from mocap_skel.two_sided import SharedPoint
 
 FORMAT = "mocap-skel calibration 1"
 _MOMENTS: dict[str, tuple[int, ...]] = {
@@ -44,7 +49,7 @@ def _summary(found: CalibratedJoint) -> dict[str, Any]:
     return {
         "parent": joint.parent, "child": joint.child, "in_the_frame_of_clip": found.clip,
         "centre": joint.centre.tolist(), "covariance": joint.covariance.tolist(),
-        "known": joint.determined, "markers": list(joint.markers), "shares": found.shares,
+        "known": joint.shown, "markers": list(joint.markers), "shares": found.shares,
     }  # fmt: skip
 
 

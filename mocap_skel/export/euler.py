@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.pose import Array
+from mocap_skel.segments.pose import Array
 
 Mask = NDArray[np.bool_]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from mocap_skel.skeleton import Segment
+from mocap_skel.figure.skeleton import Segment
 from mocap_skel.text import listed
 
 NAMINGS = ("mocap", "mixamo", "cmu")

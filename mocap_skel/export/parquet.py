@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from mocap_skel.extras import extra
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.tables import joint_rows, point_columns
+from mocap_skel.results.tables import joint_rows, point_columns
+from mocap_skel.skeleton_fit import SkeletonFit
+from mocap_skel.version import __version__
 
 # Columns that are the same text over and over.
 _REPEATED = ("clip", "subject", "point", "kind")
@@ -65,8 +66,6 @@ def _type(pa: Any, name: str, values: list[Any]) -> Any:
 
 def _file(fit: SkeletonFit, table: Any) -> bytes:
     parquet = extra("pyarrow.parquet", "parquet")
-    from mocap_skel import __version__
-
     said = {
         "unit": "m", "up": fit.up, "axes": "right-handed", "rate": f"{fit.rate:.10g}",
         "time": "seconds, (frame - 1) / rate", "clip": fit.clip, "subject": fit.subject,

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.tables import JOINT_COLUMNS, joint_rows, track_columns
+from mocap_skel.results.tables import JOINT_COLUMNS, joint_rows, track_columns
+from mocap_skel.skeleton_fit import SkeletonFit
 
 
 def skeleton_csv(fit: SkeletonFit) -> str:

@@ -9,10 +9,10 @@ import re
 
 import numpy as np
 
-from mocap_skel.axes import AXES, turn_between
-from mocap_skel.clip import Clip
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.pose import Array
+from mocap_skel.clip import AXES, Clip
+from mocap_skel.results.axes import turn_between
+from mocap_skel.segments.pose import Array
+from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
 
 

@@ -1,4 +1,8 @@
-"""C3D in, `Clip` out. All reading goes through one door, `read_clip`."""
+"""Clips out of files: one reader a format behind one door, `read_clip`.
+
+Here belongs all that knows how a file is written; what comes after sees a `Clip` only. It may import the
+ground (`clip`, `errors`, `text`) only.
+"""
 
 from __future__ import annotations
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from mocap_skel.association_check import AssociationCheck, MarkerCheck
 from mocap_skel.report.terminal import table
+from mocap_skel.results.marker_check import AssociationCheck, MarkerCheck
 
 _HEAD = ("marker", "label", "segment", "residual mm", "out of place", "first", "last", "verdict")
 

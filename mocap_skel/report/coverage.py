@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.pose import Array
-from mocap_skel.series import Radial
+from mocap_skel.results.series import Radial
+from mocap_skel.segments.pose import Array
 
 # The map is a disc of radius 100; a cell of it is a place where a marker has been.
 RADIUS = 100

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mocap_skel.joint import JointFit
-from mocap_skel.pose import Array
+from mocap_skel.joints.centre import JointFit
+from mocap_skel.segments.pose import Array
 
 # Standard errors that a semi-axis is long.
 ERRORS = 2.0

@@ -19,18 +19,18 @@ from string import Template
 
 import numpy as np
 
-from mocap_skel import __version__
-from mocap_skel.association import Assignment
 from mocap_skel.clip import Clip
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.joint import JointFit
+from mocap_skel.joints.centre import JointFit
+from mocap_skel.labels.association import Assignment
 from mocap_skel.report.coverage import COLOURS, coverage_map
 from mocap_skel.report.ellipsoid import ERRORS
 from mocap_skel.report.scene import LARGEST, Scene, scene
 from mocap_skel.report.terminal import JOINT_HEAD, joint_cells
-from mocap_skel.series import marker_tracks, radial
+from mocap_skel.results.series import marker_tracks, radial
+from mocap_skel.results.verdict import verdict
+from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import counted
-from mocap_skel.verdict import verdict
+from mocap_skel.version import __version__
 
 TRUST = {
     "yes": ("●", "shown by the movement"),
@@ -120,7 +120,7 @@ def _verdict(fit: SkeletonFit) -> str:
 
 
 def _of(joint: JointFit) -> str:
-    return joint.determined if joint.fitted else "none"
+    return joint.shown if joint.fitted else "none"
 
 
 def _trust(joints: Sequence[JointFit]) -> Iterable[str]:
@@ -156,14 +156,14 @@ def _coverage(shown: Shown) -> Iterable[str]:
     places = {joint.joint: i for i, joint in enumerate(fit.joints)}
     for about in radial(fit, marker_tracks(shown.clip, shown.assignment, fit)):
         joint, picture = about.joint, coverage_map(about)
-        sign, _ = TRUST[joint.determined]
+        sign, _ = TRUST[joint.shown]
         key = ", ".join(
             f'<span class="m{m % len(COLOURS)}">{text(name)}</span>'
             for m, name in enumerate(joint.markers)
         )
         yield (
             f'<figure data-joint="{places[joint.joint]}">{picture}<figcaption><b>{text(joint.joint)}</b> '
-            f'<span class="{joint.determined}"><span class="sign">{sign}</span>{joint.determined}</span>'
+            f'<span class="{joint.shown}"><span class="sign">{sign}</span>{joint.shown}</span>'
             f"<br>θ {np.degrees(joint.angle):.0f}° · {key}</figcaption></figure>"
         )
 

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from mocap_skel.axes import AXES
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.joint import JointFit
-from mocap_skel.pose import Array
+from mocap_skel.clip import AXES
+from mocap_skel.joints.centre import JointFit
 from mocap_skel.report.ellipsoid import ERRORS, ellipsoid
 from mocap_skel.report.figures import figure, plain
 from mocap_skel.report.view import View, view_of
-from mocap_skel.series import Tracks, side
+from mocap_skel.results.series import Tracks, side
+from mocap_skel.segments.pose import Array
+from mocap_skel.skeleton_fit import SkeletonFit
 
 # Verdict → colour (Okabe & Ito) and shape, so that none needs the colour alone.
 VERDICT_LOOK = {"yes": ("#0072B2", "o"), "weak": ("#E69F00", "D"), "no": ("#D55E00", "s")}
@@ -203,7 +203,7 @@ def _actor(axes: Any, actor: Actor, frame: int, scene: _Scene, kinds: set[str]) 
         at = joint.track[frame]
         if not np.isfinite(at).all():
             continue
-        colour, mark = VERDICT_LOOK[joint.determined]
+        colour, mark = VERDICT_LOOK[joint.shown]
         flat = scene.view.project(at)
         order = 6 + _nearness(scene, at)
         if _ellipse(axes, actor.fit, joint, frame, scene, order):
@@ -212,7 +212,7 @@ def _actor(axes: Any, actor: Actor, frame: int, scene: _Scene, kinds: set[str]) 
             *flat, marker=mark, color=colour, markersize=6 * scene.detail, markeredgecolor="white",
             markeredgewidth=0.6, zorder=order, linestyle="none",
         )  # fmt: skip
-        kinds |= {joint.determined, "ellipse"}
+        kinds |= {joint.shown, "ellipse"}
     return cut
 
 
@@ -314,7 +314,7 @@ def _ellipse(
     cut = bool(half.max() > scene.cap)
     half = np.minimum(half, scene.cap)
     (long, short), angle = scene.view.ellipse((vectors * half**2) @ vectors.T)
-    colour = VERDICT_LOOK[joint.determined][0]
+    colour = VERDICT_LOOK[joint.shown][0]
     place = tuple(scene.view.project(joint.track[frame]))
     shape = {"xy": place, "width": 2 * long, "height": 2 * short, "angle": angle}
     axes.add_patch(Ellipse(**shape, facecolor=colour, alpha=0.15, linewidth=0, zorder=order - 1.5))

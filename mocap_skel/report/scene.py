@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.association import Assignment
-from mocap_skel.axes import AXES
-from mocap_skel.clip import Clip
-from mocap_skel.export.gaps import runs
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.joint import VERDICTS, JointFit
-from mocap_skel.pose import Array
+from mocap_skel.clip import AXES, Clip
+from mocap_skel.joints.centre import VERDICTS, JointFit
+from mocap_skel.labels.association import Assignment
 from mocap_skel.report.ellipsoid import ellipsoid
+from mocap_skel.rig.gaps import runs
+from mocap_skel.segments.pose import Array
+from mocap_skel.skeleton_fit import SkeletonFit
 
 # Metres: a tenth of a millimetre is below the noise of any marker. Where a track is longer than 16 bits
 # of such steps (6.5 m), the step of the whole page doubles until it fits.
@@ -199,7 +198,7 @@ def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, A
     about: dict[str, Any] = {
         "name": joint.joint,
         "point": names.index(joint.joint),
-        "trust": joint.determined if joint.fitted else "none",
+        "trust": joint.shown if joint.fitted else "none",
         "why": joint.reason,
         "spokes": list(joint.markers),
         "child": joint.child,
@@ -217,7 +216,7 @@ def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, A
 
 def _bones(fit: SkeletonFit, names: list[str]) -> list[dict[str, Any]]:
     """Lines from each segment's own joint to the joints and the end that hang on it."""
-    trust = {j.joint: j.determined if j.fitted else "no" for j in fit.joints}
+    trust = {j.joint: j.shown if j.fitted else "no" for j in fit.joints}
     bones = []
     for segment in fit.skeleton.segments:
         start = segment.joint or segment.name

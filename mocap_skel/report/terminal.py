@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_skel.clip import Clip
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.joint import JointFit
+from mocap_skel.joints.centre import JointFit
+from mocap_skel.skeleton_fit import SkeletonFit
 
 if TYPE_CHECKING:
-    from mocap_skel.pooling import Calibrated
+    from mocap_skel.joints.calibration import Calibrated
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: frozenset[int]) -> str:
@@ -52,7 +52,7 @@ JOINT_HEAD = (
 def joint_table(fit: SkeletonFit, clip: str) -> str:
     """One line a joint with its evidence; the standard error is that of the worst direction."""
     who = f" {fit.subject}" if fit.subject else ""
-    verdicts = Counter(joint.determined for joint in fit.joints if joint.fitted)
+    verdicts = Counter(joint.shown for joint in fit.joints if joint.fitted)
     counts = ", ".join(f"{verdicts[v]} {v}" for v in ("yes", "weak", "no"))
     head = (
         f"{clip}{who}: {len(fit.frame_numbers)} frames at {fit.rate:g} Hz, "
@@ -69,7 +69,7 @@ def joint_cells(joint: JointFit) -> tuple[str, ...]:
         return (joint.joint, "-", "-", *["-"] * 9, joint.reason)
     return (
         joint.joint,
-        joint.determined,
+        joint.shown,
         joint.method,
         str(len(joint.markers)),
         str(joint.samples),

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from mocap_skel.axes import AXES
-from mocap_skel.pose import Array
+from mocap_skel.clip import AXES
 from mocap_skel.report.figures import COLOURS, figure, plain
 from mocap_skel.report.pose_figures import Actor
-from mocap_skel.series import Radial, bones, by_sides, radial, side
+from mocap_skel.results.series import Radial, bones, by_sides, radial, side
+from mocap_skel.segments.pose import Array
 from mocap_skel.text import listed
 
 # Right and left apart by colour (Okabe & Ito) and by line.
@@ -36,10 +36,10 @@ def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
             tracks = [joints[i].track[:, d] for i in members]
             for i, track in zip(members, tracks, strict=True):
                 look = SIDE_LOOK[side(joints[i].joint)]
-                _line(axes, fit.time, track, look[0], joints[i].determined == "no")
+                _line(axes, fit.time, track, look[0], joints[i].shown == "no")
             _limits(axes, np.concatenate(tracks), _LEAST_SPAN, 0.0)
             _tidy(axes)
-        known = {side(joints[i].joint): joints[i].determined for i in members}
+        known = {side(joints[i].joint): joints[i].shown for i in members}
         told = ", ".join(f"{key[0].upper()} {v}" if key else v for key, v in known.items())
         row[0].set_ylabel(f"{plain(name)}\n({told})", fontsize=8)
     for d, axes in enumerate(grid[0]):
@@ -170,7 +170,7 @@ def _residual_panel(axes: Any, beside: Any, time: Array, one: Radial) -> bool:
     for spine in beside.spines.values():
         spine.set_visible(False)
     axes.set_title(
-        f"{plain(joint.joint)} ({joint.determined}): rms {1e3 * joint.residual:.1f} mm, σ "
+        f"{plain(joint.joint)} ({joint.shown}): rms {1e3 * joint.residual:.1f} mm, σ "
         f"{1e3 * joint.sigma:.1f} mm", fontsize=8,
     )  # fmt: skip
     _tidy(axes)

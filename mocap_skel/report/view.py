@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_skel.axes import AXES
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.pose import Array
-from mocap_skel.series import by_sides, side
+from mocap_skel.clip import AXES
+from mocap_skel.results.series import by_sides, side
+from mocap_skel.segments.pose import Array
+from mocap_skel.skeleton_fit import SkeletonFit
 
 VIEWS = ("oblique", "front", "side", "top")
 # Degrees to the right of the figure's front, and above the floor.

@@ -1,4 +1,8 @@
-"""Closed-form sphere fits. This room knows numpy and nothing else: no marker set, no file, no command."""
+"""Closed-form sphere fits: moments, estimators, noise, bounds.
+
+Here belongs what knows points only: no marker set, no file, no command. It may import numpy (SciPy for the
+MLE, when it is asked for), `errors` and `extras`.
+"""
 
 from mocap_skel.spherefit.bounds import (
     centre_covariance,

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_skel.artificial.spheres import cap
-from mocap_skel.noise import rigid_noise_matrix
-from mocap_skel.shape import find_shape
+from mocap_skel.segments.noise import rigid_noise_matrix
+from mocap_skel.segments.shape import find_shape
 from mocap_skel.spherefit import (
     crlb_sphere,
     isotropic,

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError
-from mocap_skel.fit import SkeletonFit
-from mocap_skel.pose import Array
+from mocap_skel.segments.pose import Array
+from mocap_skel.skeleton_fit import SkeletonFit
 
 # The thesis's claim: within so many metres for more than so many samples.
 NEAR = 0.01

@@ -1,0 +1,168 @@
+"""Priors in a skeleton file: where anatomy puts a joint, by landmarks and shifts from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from mocap_skel.errors import SkeletonError
+from mocap_skel.figure.toml_checks import is_a, known_keys, names, number
+from mocap_skel.figure.toml_places import Places
+
+
+@dataclass(frozen=True)
+class Shift:
+    """A step from the mean of a prior's landmarks: a direction, and how far.
+
+    Attributes:
+        line: two landmarks: the direction from the first to the second.
+        across: four landmarks: the direction square to two lines, (first → second) × (third → fourth).
+        hinge: 1 or -1: inward along the joint's hinge axis, to the side of (bone above) × (bone below) or
+            to the other one.
+        ratio: how far, as a share of the length of the (first) line.
+        of: two other landmarks whose distance `ratio` is a share of.
+        by: metres beside that, for a person of 1.75 m.
+        toward: hinge: markers of the child far down its bone.
+        beside: hinge: metres by which these lie beside the bone, on the landmark's side.
+        upper: hinge: landmarks that stand for the bone's upper joint where the parent is the root and has none.
+        aside: hinge: metres by which these lie beside the bone, on the landmark's side.
+    """
+
+    line: tuple[str, ...] = ()
+    across: tuple[str, ...] = ()
+    hinge: int = 0
+    ratio: float = 0.0
+    of: tuple[str, ...] = ()
+    by: float = 0.0
+    toward: tuple[str, ...] = ()
+    beside: float = 0.0
+    upper: tuple[str, ...] = ()
+    aside: float = 0.0
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Where a joint is known to lie before any motion is seen.
+
+    Attributes:
+        mean: landmarks of the parent segment whose mean it starts from.
+        sd: how sure that is, in metres for a person of 1.75 m.
+        source: whose word it is.
+        shifts: steps from that mean.
+    """
+
+    mean: tuple[str, ...]
+    sd: float
+    source: str
+    shifts: tuple[Shift, ...] = ()
+
+
+def read_priors(entry: Any, places: Places, i: int) -> tuple[Prior, ...]:
+    """A segment's `prior`: one table, or several with the best first.
+
+    Raises:
+        SkeletonError: it is no such thing.
+    """
+    if entry is None:
+        return ()
+    entries = entry if isinstance(entry, list) else [entry]
+    return tuple(_prior(each, places, i) for each in entries)
+
+
+def _prior(entry: Any, places: Places, i: int) -> Prior:
+    entry = is_a(entry, dict, places.of(i, "prior"), "prior: a table")
+    known_keys(entry, {"mean", "shift", "sd", "source"}, places, i, "prior.")
+    sd = number(
+        entry.get("sd"), places.of(i, "prior.sd"), "sd is a length in metres above 0", positive=True
+    )
+    source = is_a(entry.get("source", ""), str, places.of(i, "prior.source"), "source: a text")
+    mean = names(entry.get("mean", []), places, i, "prior.mean")
+    if not mean:
+        raise SkeletonError(
+            f"{places.of(i, 'prior.mean')}: a prior starts at the mean of landmarks"
+        )
+    shifts = is_a(entry.get("shift", []), list, places.of(i, "prior.shift"), "shift: a list")
+    return Prior(mean, sd, source, tuple(_shift(each, places, i) for each in shifts))
+
+
+def _shift(entry: Any, places: Places, i: int) -> Shift:
+    here = places.of(i, "prior.shift")
+    entry = is_a(entry, dict, here, "shift: a list of tables")
+    known = {
+        "line", "across", "hinge", "ratio", "of", "by", "toward", "beside", "upper", "aside",
+    }  # fmt: skip
+    known_keys(entry, known, places, i, "prior.shift.")
+    points = {
+        key: names(entry.get(key, []), places, i, f"prior.shift.{key}")
+        for key in ("line", "across", "of", "toward", "upper")
+    }
+    for key, count in (("line", 2), ("across", 4), ("of", 2)):
+        if len(points[key]) not in (0, count):
+            raise SkeletonError(f"{here}: {key} is {count} landmarks, not {list(points[key])}")
+    hinge = entry.get("hinge", 0)
+    if hinge not in (-1, 0, 1) or isinstance(hinge, bool):
+        raise SkeletonError(f"{here}: hinge is 1 or -1, not {hinge!r}")
+    if sum(map(bool, (points["line"], points["across"], hinge))) != 1:
+        raise SkeletonError(f"{here}: a shift has one direction: line, across or hinge")
+    if hinge and not points["toward"]:
+        raise SkeletonError(
+            f"{here}: a shift along a hinge needs markers of the child, toward = [...]"
+        )
+    numbers = {
+        key: number(entry.get(key, 0.0), here, f"{key} is a number")
+        for key in ("ratio", "by", "beside", "aside")
+    }
+    if hinge and not numbers["by"] > 0:
+        raise SkeletonError(f"{here}: a shift along a hinge needs its length in metres, by = ...")
+    return Shift(
+        line=points["line"], across=points["across"], of=points["of"], toward=points["toward"],
+        hinge=hinge, ratio=numbers["ratio"], by=numbers["by"], beside=numbers["beside"],
+        upper=points["upper"], aside=numbers["aside"],
+    )  # fmt: skip
+
+
+def read_landmarks(
+    data: Mapping[str, Any], places: Places
+) -> dict[str, tuple[tuple[str, ...], ...]]:
+    """The file's `landmarks`: name → lists of markers whose mean it is, the first that is there counts.
+
+    Raises:
+        SkeletonError: it is no such thing.
+    """
+    here = places.of(None, "landmarks")
+    found = is_a(data.get("landmarks", {}), dict, here, "landmarks: a table")
+    landmarks = {}
+    for name, sets in found.items():
+        where = places.of(None, f"landmarks.{name}")
+        sets = is_a(sets, list, where, f"{name}: a list of lists of markers")
+        good = sets and all(
+            isinstance(s, list) and s and all(isinstance(m, str) for m in s) for s in sets
+        )
+        if not good:
+            raise SkeletonError(
+                f"{where}: {name}: a list of lists of markers is needed, not {sets!r}"
+            )
+        landmarks[name] = tuple(tuple(s) for s in sets)
+    return landmarks
+
+
+def read_sizes(data: Mapping[str, Any], places: Places) -> tuple[tuple[str, str, float], ...]:
+    """The file's `sizes`: two markers and their distance in metres in a person of 1.75 m.
+
+    Raises:
+        SkeletonError: it is no such thing.
+    """
+    here = places.of(None, "sizes")
+    found = is_a(data.get("sizes", []), list, here, "sizes: a list")
+    sizes = []
+    for entry in found:
+        if (
+            not isinstance(entry, list)
+            or len(entry) != 3
+            or not all(isinstance(name, str) for name in entry[:2])
+        ):
+            raise SkeletonError(f"{here}: sizes: [MARKER, MARKER, METRES] is needed, not {entry!r}")
+        length = number(entry[2], here, "a size is a length in metres above 0", positive=True)
+        sizes.append((entry[0], entry[1], length))
+    return tuple(sizes)

@@ -1,0 +1,89 @@
+"""What noise of a segment's own markers does to points in its frame: origin, turns and the lever arm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_skel.segments.pose import Array
+from mocap_skel.segments.shape import Shape
+from mocap_skel.spherefit import Moments
+
+# _CROSS[j] @ v is the j-th unit vector × v.
+_CROSS = np.array(
+    [
+        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],
+        [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Lever:
+    """What noise of the parent's markers does to a point in the parent's frame, for a σ of 1.
+
+    The frame turns about its axes by independent small angles, and a point y moves by angle × y.
+
+    Attributes:
+        origin: (3, 3) covariance of the frame's origin.
+        turns: (3,) variances of the angles, radians² a metre².
+        axes: (3, 3), the axes of the turns as rows.
+        cross: (3, 3, 3), their cross products: cross[k] @ y is axis k × y.
+    """
+
+    origin: Array
+    turns: Array
+    axes: Array
+    cross: Array
+
+    @staticmethod
+    def of(shape: Shape | None, noise: Array | None = None) -> Lever | None:
+        """None for a frame on one marker, whose noise the markers' places do not tell.
+
+        With Σ a marker's noise, n its displacement, t its place about the centroid and I = Σ |t|² - t tᵀ,
+        a least-squares frame moves by the mean of n and turns by I⁻¹ Σ t × n: independent of each other.
+        """
+        if shape is None:
+            return None
+        template = shape.template[np.isfinite(shape.template[:, 0])]
+        centred = template - template.mean(axis=0)
+        scatter = centred.T @ centred
+        angles = np.linalg.inv(np.trace(scatter) * np.eye(3) - scatter)
+        if noise is None:
+            noise = np.eye(3)
+        else:
+            arms = np.einsum("mj,jil->mil", centred, _CROSS)
+            angles = angles @ np.einsum("mij,jk,mlk->il", arms, noise, arms) @ angles
+        turns, axes = np.linalg.eigh(angles)
+        return Lever(noise / len(centred), turns, axes.T, np.einsum("kj,jil->kil", axes.T, _CROSS))
+
+    def covariance(self, moments: Moments) -> Array:
+        """(M, 3, 3): Σ of the noise at the points' places, averaged over them."""
+        at = moments.mean[..., :, None] * moments.mean[..., None, :] + moments.covariance
+        # u × y over all places y of the marker: [u]× E[y yᵀ] [u]×ᵀ
+        each = self.cross @ at[:, None] @ self.cross.transpose(0, 2, 1)
+        return np.asarray(np.einsum("k,mkij->mij", self.turns, each) + self.origin)
+
+    def third_moment(self, moments: Moments, inside: Array) -> Array:
+        """(M, 3): what the noise adds to S because it grows with the distance from the frame.
+
+        With e the noise at y = ȳ + d, E[S] gains E[d |e|²] + 2 E[e (e·d)]. For a turn about u, |e|² is
+        |u × y|² and e (e·d) is (u × y)((u × ȳ)·d). Noise that is the same everywhere adds nothing.
+        """
+        deviation = inside - moments.mean
+        deviation[np.isnan(deviation)] = 0.0
+        along = (deviation.reshape(-1, 3) @ self.axes.T).reshape(deviation.shape)
+        below = np.maximum(moments.count - 1.0, 1.0)[:, None, None]
+        squared = (along * along).transpose(1, 2, 0) @ deviation.transpose(1, 0, 2) / below
+        arm = np.einsum("kij,mj->mki", self.cross, moments.mean)
+        # |u × y|² is y·(-[u]×²)y, and -[u]× (u × ȳ) is the part of ȳ across u.
+        across = -np.einsum("kij,mkj->mki", self.cross, arm)
+        each = (
+            2 * np.einsum("mij,mkj->mki", moments.covariance, across)
+            + moments.third[:, None]
+            - squared
+            + 2 * np.einsum("kij,mjl,mkl->mki", self.cross, moments.covariance, arm)
+        )
+        return np.asarray(np.einsum("k,mki->mi", self.turns, each))

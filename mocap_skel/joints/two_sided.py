@@ -1,0 +1,60 @@
+"""The centre of a joint whose segments both have a pose of their own: the symmetrical fit.
+
+After Ehrig et al., J. Biomech. 39, 2798 (2006), "SCoRE": the point that is fixed in both segments. Where the
+sphere fit asks that each marker keeps its distance, this asks that one point of the child keeps its place in
+the parent; both are sums over frames of the same poses, and neither knows what the other knows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_skel.segments.pose import Array, Pose
+from mocap_skel.spherefit import smooth_share
+
+# Turns of less than such a standard deviation are the wobble of the poses themselves, radians.
+LEAST_TURN = 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class SharedPoint:
+    """The point that two segments share. Metres, in the parent's frame.
+
+    Attributes:
+        centre: (3,).
+        turns: (3, 3), I - R̄ R̄ᵀ with the mean R̄ of the child's rotations in the parent: how much the child
+            turned about the axes across each direction; a hinge's own axis has none.
+        residual: variance of the child's point in the parent that is smooth in time, m².
+    """
+
+    centre: Array
+    turns: Array
+    residual: float
+
+
+def shared_point(parent: Pose, child: Pose) -> SharedPoint | None:
+    """The shared point of two segments over the frames in which both are known; None for fewer than four.
+
+    Along a direction in which the child never turned it is the one beside the child's own origin.
+    """
+    known = parent.known & child.known
+    if known.sum() < 4:
+        return None
+    across = parent.rotation[known].transpose(0, 2, 1)
+    turn = across @ child.rotation[known]
+    away = np.einsum("fij,fj->fi", across, child.origin[known] - parent.origin[known])
+    mean, middle = turn.mean(axis=0), away.mean(axis=0)
+    # c₁ = R c₂ + d in every frame; its mean gives c₁, and c₂ is what is left: (I - R̄ᵀR̄) c₂ = R̄ᵀd̄ - mean Rᵀd.
+    right = mean.T @ middle - np.einsum("fij,fi->j", turn, away) / len(turn)
+    values, axes = np.linalg.eigh(np.eye(3) - mean.T @ mean)
+    solved = values > LEAST_TURN**2
+    own = axes @ np.where(solved, (axes.T @ right) / np.where(solved, values, 1.0), 0.0)
+    centre = mean @ own + middle
+    error = turn @ own + away - centre
+    # One share for the three directions, or it would hang on how the parent's axes are drawn.
+    apart = np.vstack([error, np.full((1, 3), np.nan)]).T.reshape(-1, 1)
+    variance = float(smooth_share(apart)[0] * error.var(axis=0).mean())
+    values, axes = np.linalg.eigh(np.eye(3) - mean @ mean.T)
+    return SharedPoint(centre, (axes * np.maximum(values - LEAST_TURN**2, 0.0)) @ axes.T, variance)

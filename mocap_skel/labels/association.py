@@ -1,0 +1,346 @@
+"""Association files: which label of a dataset is which standard marker (thesis 5.5.2)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from glob import escape
+from pathlib import Path
+
+from mocap_skel.clip import Clip
+from mocap_skel.errors import AssociationError, CallError, ClipError, SkeletonError
+from mocap_skel.figure.skeleton import STANDARD, Skeleton, read_skeleton
+from mocap_skel.text import counted, listed, nearest, read_text
+
+_PACKAGE = Path(__file__).parents[1]
+# Inside the wheel the folder lies in the package, in a checkout beside it.
+SHIPPED = next(
+    (
+        p
+        for p in (_PACKAGE / "association_files", _PACKAGE.parent / "association_files")
+        if p.exists()
+    ),
+    _PACKAGE / "association_files",
+)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One line: a label of the dataset is a marker on a segment."""
+
+    label: str
+    marker: str
+    segment: str
+    line: int
+
+
+@dataclass(frozen=True)
+class Association:
+    """A whole association file with the skeleton that it is for."""
+
+    path: str
+    skeleton: Skeleton
+    rules: tuple[Rule, ...]
+    ignored: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """The markers of one subject of a clip.
+
+    Attributes:
+        subject: "" where labels have no prefix.
+        columns: for each segment, its markers' standard names and their columns in the clip's points,
+            in the skeleton's order of markers, so that the clip's own order does not matter.
+        absent: rules of the association file whose label the clip does not have.
+        unmatched: labels of the clip's subject that the file does not mention.
+        ignored: labels that it drops on purpose.
+    """
+
+    subject: str
+    columns: dict[str, dict[str, int]]
+    absent: tuple[Rule, ...]
+    unmatched: tuple[str, ...]
+    ignored: tuple[str, ...] = ()
+
+    def mismatches(self, association: Association) -> list[str]:
+        """What the file and the clip do not have in common, in one sentence each."""
+        notes = []
+        if self.absent:
+            lines = [f"{r.label} (line {r.line}{self._offer(r.label)})" for r in self.absent]
+            what = counted(len(lines), "label")
+            notes.append(f"{association.path}: {what} not in the clip: {listed(lines)}")
+        if self.unmatched:
+            what = counted(len(self.unmatched), "label")
+            notes.append(f"{what} of the clip not in {association.path}: {listed(self.unmatched)}")
+        return notes
+
+    def _offer(self, label: str) -> str:
+        # Half of the labels of a set differ by one letter: only a near miss is worth a word.
+        hint = nearest(label, self.unmatched, 0.8)
+        return f", {hint}" if hint else ""
+
+
+def read_association(source: str | Path, skeleton: str | Path | None = None) -> Association:
+    """Read an association file, or a shipped one by its bare name (``cmu``).
+
+    Args:
+        source: path or bare name.
+        skeleton: a figure to use in place of the file's ``@skeleton`` or the standard human. Of the
+            file's own figure it may be a part: markers that it does not have are then ignored.
+
+    Raises:
+        AssociationError: no such file, or a line that is wrong; names file, line and column.
+        SkeletonError: the skeleton file is wrong.
+    """
+    path = find_association(source)
+    lines = read_text(path, AssociationError).splitlines()
+    own: str | Path = STANDARD
+    rules: list[tuple[int, list[tuple[str, int]]]] = []
+    ignored: list[str] = []
+    named: int | None = None
+    for number, line in enumerate(lines, 1):
+        words = list(_words(line, f"{path}:{number}"))
+        if not words:
+            continue
+        first = words[0][0]
+        if first.startswith("@") and line.strip()[0] != '"':
+            if first != "@skeleton" or len(words) != 2:
+                raise AssociationError(
+                    f"{path}:{number}:{words[0][1]}: only '@skeleton NAME' is known, not {line.strip()!r}"
+                )
+            own, named = _beside(path, words[1][0]), number
+        elif first == "ignore" and len(words) == 2:
+            ignored.append(words[1][0])
+        else:
+            rules.append((number, words))
+    try:
+        read = read_skeleton(skeleton or own)
+    except SkeletonError as error:
+        if named is None or skeleton is not None:
+            raise
+        raise SkeletonError(f"{path}:{named}: {error.message}", error.hint) from error
+    if skeleton is not None:
+        part, rest = _of_the_figure(rules, read, own)
+        if rules and not part:
+            raise AssociationError(
+                f"{path}: none of its markers is one of the skeleton {read.name!r}",
+                f"its markers: {listed(read.segment_of, 12)}",
+            )
+        rules, ignored = part, ignored + rest
+    return Association(str(path), read, tuple(_rules(rules, read, path)), tuple(ignored))
+
+
+def _of_the_figure(
+    rules: list[tuple[int, list[tuple[str, int]]]], figure: Skeleton, own: str | Path
+) -> tuple[list[tuple[int, list[tuple[str, int]]]], list[str]]:
+    """The lines that a figure has a use for, and the labels of those that are of the file's own only."""
+    try:
+        whole = read_skeleton(own)
+    except SkeletonError:
+        return rules, []
+    names = [{s.name for s in each.segments} for each in (figure, whole)]
+    markers = [each.segment_of for each in (figure, whole)]
+    part, rest = [], []
+    for number, words in rules:
+        texts = [word for word, _ in words]
+        here, there = (
+            texts[2] in names[i] if len(texts) == 3 else len(texts) == 2 and texts[1] in markers[i]
+            for i in (0, 1)
+        )
+        if there and not here:
+            rest.append(escape(texts[0]))
+        else:
+            part.append((number, words))
+    return part, rest
+
+
+def find_association(source: str | Path) -> Path:
+    """The file of a path or of a shipped one's bare name.
+
+    Raises:
+        AssociationError: there is none.
+    """
+    path = Path(source)
+    if path.is_file():
+        return path
+    shipped = SHIPPED / f"{source}.txt"
+    if path.name == str(source) and shipped.is_file():
+        return shipped
+    known = sorted(p.stem for p in SHIPPED.glob("*.txt"))
+    hint = nearest(str(source), known) or f"shipped ones: {', '.join(known)}"
+    raise AssociationError(f"{source}: no such association file", hint)
+
+
+def _beside(path: Path, name: str) -> str | Path:
+    """A skeleton named in a file is looked for beside that file first."""
+    near = path.parent / name
+    return near if near.is_file() else name
+
+
+_WORD = re.compile(r'\s*(?:"([^"]*)"(?=\s|#|$)|([^\s"#]+(?=\s|#|$))|(#.*)|(\S))')
+
+
+def _words(line: str, where: str) -> Iterator[tuple[str, int]]:
+    """The words of a line with their columns (from 1); a comment ends it."""
+    at = 0
+    while at < len(line.rstrip()):
+        found = _WORD.match(line, at)
+        assert found is not None, "the last alternative takes any character"
+        quoted, plain, comment, wrong = found.groups()
+        if comment is not None:
+            return
+        group = next(i for i, g in enumerate(found.groups(), 1) if g is not None)
+        column = found.start(group) + (quoted is None)
+        if wrong is not None:
+            raise AssociationError(
+                f"{where}:{column}: stray or unclosed quote", 'a label with spaces or # is "quoted"'
+            )
+        word = plain if quoted is None else quoted.strip()
+        if not word:
+            raise AssociationError(f"{where}:{column}: an empty name")
+        yield word, column
+        at = found.end()
+
+
+def _rules(
+    lines: list[tuple[int, list[tuple[str, int]]]], skeleton: Skeleton, path: Path
+) -> Iterator[Rule]:
+    segment_of = skeleton.segment_of
+    segments = [s.name for s in skeleton.segments]
+    by_label: dict[str, int] = {}
+    by_marker: dict[str, int] = {}
+    for number, words in lines:
+        where = f"{path}:{number}"
+        if len(words) not in (2, 3):
+            column = words[3][1] if len(words) > 3 else words[0][1]
+            raise AssociationError(
+                f"{where}:{column}: {counted(len(words), 'word')} where LABEL MARKER [SEGMENT] is needed",
+                'a label with spaces or # is "quoted"',
+            )
+        (label, label_column), (marker, column) = words[0], words[1]
+        if len(words) == 3:
+            segment, column_3 = words[2]
+            if segment not in segments:
+                raise AssociationError(
+                    f"{where}:{column_3}: {segment!r} is no segment of the skeleton {skeleton.name!r}",
+                    nearest(segment, segments) or f"its segments: {', '.join(segments)}",
+                )
+        elif marker in segment_of:
+            segment = segment_of[marker]
+        else:
+            raise AssociationError(
+                f"{where}:{column}: {marker!r} is no marker of the skeleton {skeleton.name!r}",
+                nearest(marker, segment_of)
+                or "a marker without a standard name needs its segment in a third column",
+            )
+        for name, seen, at, what in (
+            (label, by_label, label_column, "label"),
+            (marker, by_marker, column, "marker"),
+        ):
+            if name in seen:
+                raise AssociationError(
+                    f"{where}:{at}: {what} {name!r} stands in line {seen[name]} already"
+                )
+            seen[name] = number
+        yield Rule(label, marker, segment, number)
+
+
+def associate(
+    clip: Clip, association: Association, subject: str | None = None
+) -> tuple[Assignment, ...]:
+    """The subjects of a clip to which the association has something to say, in the clip's order.
+
+    Labels match without their subject's prefix, by case; a rule whose label has the prefix matches
+    that subject only.
+
+    Args:
+        clip: the recording.
+        association: the file.
+        subject: this one only.
+
+    Raises:
+        CallError: the clip has no such subject.
+        ClipError: no label of the clip is in the file.
+    """
+    check_subject(clip, subject)
+    if not association.rules:
+        raise ClipError(
+            f"{clip.name}: {association.path} has no marker to fit, only labels to ignore",
+            "its comment may say why",
+        )
+    found = [
+        _assign(clip, name, association) for name in clip.subject_names if subject in (None, name)
+    ]
+    matched = tuple(a for a in found if a.columns)
+    if not matched:
+        labels = [
+            label
+            for label, whose in zip(clip.labels, clip.subjects, strict=True)
+            if subject in (None, whose)
+        ]
+        raise ClipError(
+            f"{clip.name}: no label of the clip is in {association.path}; it has {listed(labels)}",
+            "mocap-skel inspect shows the labels; mocap-skel assoc guess writes a file for them",
+        )
+    return matched
+
+
+def check_subject(clip: Clip, subject: str | None) -> None:
+    """Refuse a subject that the clip does not have; None stands for all of them.
+
+    Raises:
+        CallError: there is no such subject.
+    """
+    if subject is not None and subject not in clip.subject_names:
+        known = [name for name in clip.subject_names if name]
+        raise CallError(
+            f"{clip.name}: no subject {subject!r} in it",
+            nearest(subject, known) or f"it has {listed(known) or 'no subjects'}",
+        )
+
+
+def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
+    own = {
+        label: column
+        for column, (label, whose) in enumerate(zip(clip.labels, clip.subjects, strict=True))
+        if whose == subject
+    }
+    prefix = f"{subject}:" if subject else ""
+    at: dict[str, dict[str, int]] = {}
+    used: dict[str, Rule] = {}
+    absent = []
+    others = tuple(f"{name}:" for name in clip.subject_names if name and name != subject)
+    for rule in association.rules:
+        label = rule.label.removeprefix(prefix)
+        if label in used:
+            raise AssociationError(
+                f"{association.path}:{rule.line}: label {rule.label!r} is that of line "
+                f"{used[label].line} in {clip.name}"
+            )
+        if label in own:
+            at.setdefault(rule.segment, {})[rule.marker] = own[label]
+            used[label] = rule
+        elif not label.startswith(others):
+            absent.append(rule)
+    rest = [label for label in own if label not in used]
+    dropped = [s for s in rest if any(fnmatchcase(s, p) for p in association.ignored)]
+    return Assignment(
+        subject,
+        {
+            s.name: _in_order(at[s.name], s.markers)
+            for s in association.skeleton.segments
+            if s.name in at
+        },
+        tuple(absent),
+        tuple(label for label in rest if label not in dropped),
+        tuple(dropped),
+    )
+
+
+def _in_order(columns: dict[str, int], standard: tuple[str, ...]) -> dict[str, int]:
+    """Standard markers in the skeleton's order, then the others by name."""
+    rank = {marker: i for i, marker in enumerate(standard)}
+    return dict(sorted(columns.items(), key=lambda m: (rank.get(m[0], len(rank)), m[0])))

@@ -1,0 +1,58 @@
+"""A guess as the text of an association file that its user can read, correct and use."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from itertools import groupby
+
+from mocap_skel.figure.skeleton import STANDARD
+from mocap_skel.labels.guess import Guess, Line
+from mocap_skel.labels.guess.names import UNSURE
+
+_HEAD = """\
+# {clip}: association guessed by mocap-skel assoc guess, to be checked.
+# {counts}
+# Lines that are used tell behind # how sure they are and why. To use one that starts with #, correct it and
+# take that # away. To leave a marker out, put # before its line.
+# LABEL  STANDARD MARKER  [SEGMENT]
+"""
+
+
+def association_text(guess: Guess) -> str:
+    """The guess as an association file: what is not sure enough to be used is a comment."""
+    counts = Counter("computed points" if x.computed else x.confidence for x in guess.lines)
+    said = ", ".join(f"{n} {what}" for what, n in counts.items())
+    parts = [_HEAD.format(clip=_plain(guess.clip), counts=f"{len(guess.lines)} labels: {said}.")]
+    if guess.skeleton.name != STANDARD:
+        parts[0] += f"@skeleton {guess.skeleton.name}\n"
+    for segment, lines in groupby(guess.lines, key=lambda x: x.segment):
+        rows = [_row(line) for line in lines]
+        widths = [max(len(words[i]) for words, _ in rows) for i in range(3)]
+        parts.append(f"# {segment}" if segment else "# Not placed")
+        for words, comment in rows:
+            text = "  ".join(w.ljust(n) for w, n in zip(words, widths, strict=True))
+            parts.append(f"{text.rstrip()}{' ' * (len(text) - len(text.rstrip()))}  # {comment}")
+        parts.append("")
+    return "\n".join(parts).rstrip() + "\n"
+
+
+def _row(line: Line) -> tuple[tuple[str, str, str], str]:
+    label = quoted(line.label)
+    # The word ignore with one other would drop labels.
+    whole = not line.standard or line.label.lower() == "ignore"
+    marker, segment = quoted(line.marker) if line.marker else "", line.segment if whole else ""
+    if not line.used:
+        label = f"# {label}"
+    kept = line.confidence if line.used or line.confidence == UNSURE else "not placed"
+    never = "" if line.seen else "; never seen in the clip"
+    return (label, marker, segment), f"{kept}: {_plain(line.reason)}{never}"
+
+
+def quoted(name: str) -> str:
+    """A name as a word of an association file."""
+    return name if re.fullmatch(r'[^\s"#@][^\s"#]*', name) else f'"{name}"'
+
+
+def _plain(text: str) -> str:
+    return " ".join(text.split())

@@ -1,0 +1,159 @@
+"""From a clip's file to its result files: the whole way, for one clip or in a child for each of many."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Container, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mocap_skel.errors import CallError, ClipError, FitError
+from mocap_skel.export import WRITERS, Rendered
+from mocap_skel.export.files import write_all
+from mocap_skel.export.result_files import stem_of
+from mocap_skel.labels.association import Assignment
+from mocap_skel.pipeline.job import PAGE, Fitted, Job, fit_file, named
+from mocap_skel.skeleton_fit import SkeletonFit
+
+if TYPE_CHECKING:
+    from mocap_skel.pipeline.isolation import Worker
+
+# What one clip in a child may take; a long clip honestly needs more of both than a short one.
+SECONDS, SECONDS_PER_BYTE = 30.0, 2e-6
+MEMORY, MEMORY_PER_BYTE = 2 << 30, 20.0
+
+
+@dataclass(frozen=True)
+class Done:
+    """What came of one clip.
+
+    Attributes:
+        fits: one a subject.
+        files: result files with their contents.
+        notes: what there is to say about it, one sentence each.
+        failed: why other subjects of the clip could not be fitted.
+    """
+
+    fits: tuple[SkeletonFit, ...]
+    files: dict[Path, str | bytes]
+    notes: tuple[str, ...]
+    failed: tuple[FitError, ...]
+
+
+def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
+    """Read, fit, render and write one clip; its files appear together or not at all.
+
+    Args:
+        path: the clip.
+        job: what to do with it.
+        taken: files that are not to be written, though `job.overwrite` allows to replace others.
+
+    Raises:
+        MocapSkelError: the clip cannot be read, fitted, or written.
+    """
+    return _stored(path, job, render(path, job), taken)
+
+
+class Isolated:
+    """`process` for several clips, each read and fitted in a child that may die instead of us.
+
+    The child fits the next clip while this process writes and shows the last one.
+    """
+
+    def __init__(self, paths: Sequence[Path], job: Job) -> None:
+        # One clip needs none of it; `fit` starts sooner without.
+        from mocap_skel.pipeline.isolation import Worker
+
+        self._waiting = deque(paths)
+        self._job = job
+        self._worker: Worker = Worker()
+        self._next()
+
+    def __enter__(self) -> Isolated:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._worker.stop()
+
+    def process(self, path: Path, taken: Container[Path] = ()) -> Done:
+        """As `process`, for the clips in the order of `paths`.
+
+        Raises:
+            MocapSkelError: as there; or the child died, took too long, or too much memory.
+        """
+        from mocap_skel.pipeline.isolation import TaskError
+
+        try:
+            done = self._worker.result(SECONDS + SECONDS_PER_BYTE * _size(path))
+        except TaskError as error:
+            raise ClipError(f"{path}: {error}") from error
+        finally:
+            self._next()
+        return _stored(path, self._job, done, taken)
+
+    def _next(self) -> None:
+        if self._waiting:
+            path = self._waiting.popleft()
+            memory = max(MEMORY, int(MEMORY_PER_BYTE * _size(path)))
+            self._worker.start(render, path, self._job, memory=memory)
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+def render(path: Path, job: Job) -> Done:
+    """All of `process` but writing.
+
+    Raises:
+        MocapSkelError: the clip cannot be read or fitted, or a format cannot hold it.
+    """
+    folder = job.folder or Path()
+    found = fit_file(path, job)
+    notes = list(found.notes)
+    options = replace(job.options, clip=found.clip, path=path)
+    files: dict[Path, str | bytes] = {}
+    for assignment, fit in found.subjects:
+        stem = stem_of(path, found.clip, fit)
+        for name in job.formats:
+            if name == PAGE:
+                rendered = _page(found, assignment, fit, job.command)
+            else:
+                rendered = WRITERS[name](fit, options)
+            notes += [named(fit.subject, note) for note in rendered.notes]
+            for suffix, content in rendered.files.items():
+                target = folder / f"{stem}{suffix}"
+                _check_free(path, target, files)
+                files[target] = content
+    fits = tuple(fit for _, fit in found.subjects)
+    return Done(fits, files, tuple(dict.fromkeys(notes)), found.failed)
+
+
+def _page(found: Fitted, assignment: Assignment, fit: SkeletonFit, command: str) -> Rendered:
+    """The HTML page of one subject."""
+    from mocap_skel.report.html import Shown, page
+
+    decided = (*found.decided, *assignment.mismatches(found.association))
+    return Rendered({".report.html": page(Shown(found.clip, assignment, fit, decided, command))})
+
+
+def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:
+    for target in done.files:
+        _check_free(path, target, taken)
+        if job.inputs and target.resolve() in job.inputs:
+            raise CallError(f"{path}: {target} is itself a clip of this call", "use another -o")
+    if job.folder is not None:
+        write_all(done.files, job.overwrite)
+    return done
+
+
+def _check_free(path: Path, target: Path, taken: Container[Path]) -> None:
+    if target in taken:
+        raise CallError(
+            f"{path}: {target} is the result of another clip or subject of this call",
+            "choose with --subject, or use another -o",
+        )

@@ -1,0 +1,165 @@
+"""What to do with clips, and the one way from a clip's file to its fits: read, associate or guess, fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from mocap_skel.clip import Clip
+from mocap_skel.errors import FitError, RootError
+from mocap_skel.export import Options
+from mocap_skel.figure.skeleton import shipped_with_root
+from mocap_skel.fit import fit_skeleton
+from mocap_skel.joints.calibration import Calibration
+from mocap_skel.joints.centre import BEST
+from mocap_skel.labels.association import Assignment, Association, associate
+from mocap_skel.readers import read_clip
+from mocap_skel.skeleton_fit import SkeletonFit
+from mocap_skel.text import listed
+
+# The one result that shows the clip itself beside the fit.
+PAGE = "html"
+
+
+@dataclass(frozen=True)
+class Job:
+    """What to do with every clip.
+
+    Attributes:
+        association: the markers and the skeleton; None = guessed for each clip, from names and motion.
+        formats: names of `export.WRITERS`, or `PAGE`.
+        folder: where the results go; None renders them only.
+        overwrite: whether existing files may be replaced.
+        inputs: files that never are: the clips of the call.
+        subject: fit this one only.
+        sigma: marker noise in metres, or three along the clip's axes; None = estimated.
+        pose, method, noise, prior: as `fit_skeleton` takes them.
+        calibration: what other clips of the actor know of the joints.
+        unit, rate: in place of what the clip says.
+        salvage: read what there is of a clip whose file is cut off.
+        options: what the writers are told.
+        command: the call, as the page shows it.
+    """
+
+    association: Association | None
+    formats: tuple[str, ...] = ("csv",)
+    folder: Path | None = None
+    overwrite: bool = False
+    inputs: frozenset[Path] = frozenset()
+    subject: str | None = None
+    sigma: float | tuple[float, ...] | None = None
+    pose: str = "least-squares"
+    method: str = BEST
+    noise: str = "rigid"
+    prior: str = "skeleton"
+    calibration: Calibration | None = None
+    unit: str | None = None
+    rate: float | None = None
+    salvage: bool = False
+    options: Options = field(default_factory=Options)
+    command: str = ""
+
+    @property
+    def known(self) -> Association:
+        """The association, where there is one: `fit_file` guesses it before anything asks."""
+        assert self.association is not None
+        return self.association
+
+    def fit(self, clip: Clip, assignment: Assignment, *, search: bool = True) -> SkeletonFit:
+        """One subject of a clip, fitted as the job says."""
+        sigma = np.diag(np.square(self.sigma)) if isinstance(self.sigma, tuple) else self.sigma
+        return fit_skeleton(
+            clip, assignment, self.known.skeleton, sigma=sigma, pose=self.pose,
+            method=self.method, noise=self.noise, search=search, prior=self.prior,
+            calibration=self.calibration,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A clip and what was fitted to it.
+
+    Attributes:
+        clip: as it was read.
+        association: the markers and the skeleton, guessed where the job had none.
+        subjects: which column is which marker, and the fit, of every subject that could be fitted.
+        decided: what was decided about the file and its names before any fit, one sentence each.
+        notes: all there is to say, that too, one sentence each.
+        failed: why other subjects of the clip could not be fitted.
+    """
+
+    clip: Clip
+    association: Association
+    subjects: tuple[tuple[Assignment, SkeletonFit], ...]
+    decided: tuple[str, ...]
+    notes: tuple[str, ...]
+    failed: tuple[FitError, ...]
+
+
+def fit_file(path: Path, job: Job) -> Fitted:
+    """Read a clip, guess what is not told, and fit its subjects.
+
+    Raises:
+        MocapSkelError: the clip cannot be read, or none of its subjects be fitted.
+    """
+    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
+    notes = list(clip.notes)
+    if job.association is None:
+        job = replace(job, association=_guessed(clip, job, notes))
+    decided = tuple(notes)
+    subjects, failed = _fits(clip, job, notes)
+    said = tuple(dict.fromkeys(notes))
+    return Fitted(clip, job.known, tuple(subjects), decided, said, tuple(failed))
+
+
+def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:
+    """The association that the clip's own names and motion give, where that is sure."""
+    from mocap_skel.labels.guess import check_sure, guess_association, in_words, repeated
+
+    how = repeated(job.subject, job.unit, job.rate, salvage=job.salvage)
+    found = guess_association(clip, job.subject, how)
+    check_sure(found, how)
+    notes.append(f"no --assoc, so it is guessed from names and motion: {in_words(found)}")
+    return found.association()
+
+
+def _fits(
+    clip: Clip, job: Job, notes: list[str]
+) -> tuple[list[tuple[Assignment, SkeletonFit]], list[FitError]]:
+    """The subjects of a clip that can be fitted, and why others cannot."""
+    fits: list[tuple[Assignment, SkeletonFit]] = []
+    failed: list[FitError] = []
+    for assignment in associate(clip, job.known, job.subject):
+        mismatches = assignment.mismatches(job.known)
+        try:
+            fit = job.fit(clip, assignment)
+        except FitError as error:
+            message = named(assignment.subject, error.message)
+            hints = [_other_root(error)] if isinstance(error, RootError) else [error.hint]
+            failed.append(FitError(message, "; ".join(filter(None, [*hints, *mismatches])) or None))
+            continue
+        fits.append((assignment, fit))
+        notes += [named(fit.subject, note) for note in (*mismatches, *fit.notes)]
+    if not fits:
+        raise failed[0]
+    return fits, failed
+
+
+def _other_root(error: RootError) -> str | None:
+    """What to do where the root is not in the clip: a figure that starts at what is."""
+    if not error.seen:
+        return error.hint
+    figures = shipped_with_root(error.seen)
+    if figures:
+        return f"the clip shows {listed(error.seen, 5)}: try --skeleton {' or '.join(figures)}"
+    return (
+        f"{error.hint}; three markers are seen on {listed(error.seen)} only: --skeleton with a file of "
+        "your own can start there"
+    )
+
+
+def named(subject: str, note: str) -> str:
+    """A note, with whom it is about where that is said."""
+    return f"{subject}: {note}" if subject else note

@@ -1,0 +1,40 @@
+"""Turning a fit so that another axis points up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mocap_skel.clip import AXES
+from mocap_skel.segments.pose import Array, Pose
+from mocap_skel.skeleton_fit import SkeletonFit
+
+
+def turned(fit: SkeletonFit, up: str | None) -> SkeletonFit:
+    """The same fit in axes of which `up` is the vertical one; None leaves it as it is.
+
+    The axes are renamed in a circle, so that a right-handed system stays one: from z up to y up,
+    (x, y, z) becomes (y, z, x).
+    """
+    if up is None or up == fit.up:
+        return fit
+    turn = turn_between(fit.up, up)
+    return replace(
+        fit,
+        up=up,
+        segments={
+            name: replace(segment, pose=_turned(segment.pose, turn))
+            for name, segment in fit.segments.items()
+        },
+        joints=tuple(replace(joint, track=joint.track @ turn.T) for joint in fit.joints),
+    )
+
+
+def turn_between(before: str, after: str) -> Array:
+    """The rotation (3, 3) from axes with `before` up to those with `after` up."""
+    return np.roll(np.eye(3), AXES.index(after) - AXES.index(before), axis=0)
+
+
+def _turned(pose: Pose, turn: Array) -> Pose:
+    return Pose(turn @ pose.rotation, pose.origin @ turn.T)

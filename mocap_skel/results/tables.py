@@ -1,0 +1,131 @@
+"""A fit as rows and columns, the one source of every table: CSV, JSON, terminal, pandas."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.joints.centre import JointFit
+from mocap_skel.results.series import bones, by_sides
+from mocap_skel.segments.pose import Array
+from mocap_skel.skeleton_fit import SkeletonFit
+
+if TYPE_CHECKING:
+    import pandas
+
+
+def track_columns(fit: SkeletonFit) -> tuple[list[str], Array]:
+    """Column names and values (frames, columns) of skeleton.csv behind frame and time; NaN = missing."""
+    names, tracks = zip(*fit.tracks(), strict=True)
+    return [f"{name}_{axis}" for name in names for axis in "xyz"], np.hstack(tracks)
+
+
+def track_kinds(fit: SkeletonFit) -> Iterator[tuple[str, str, Array]]:
+    """`fit.tracks()` with what each is: joint, origin (of the root), end (of a leaf)."""
+    for place, (name, track) in enumerate(fit.tracks()):
+        own = "origin" if name == fit.skeleton.root.name else "end"
+        yield name, "joint" if place < len(fit.joints) else own, track
+
+
+def point_columns(fit: SkeletonFit) -> dict[str, NDArray[Any]]:
+    """The moving skeleton in long form, one row a frame and point, frame by frame.
+
+    Columns: clip, subject, frame, time (s), point, kind (as `track_kinds`), x, y, z (m, NaN = missing).
+    """
+    names, kinds, tracks = zip(*track_kinds(fit), strict=True)
+    frames, points = len(fit.frame_numbers), len(names)
+    x, y, z = np.stack(tracks, axis=1).reshape(-1, 3).T
+    return {
+        "clip": np.full(frames * points, fit.clip, dtype=object),
+        "subject": np.full(frames * points, fit.subject, dtype=object),
+        "frame": np.repeat(fit.frame_numbers, points),
+        "time": np.repeat(fit.time, points),
+        "point": np.tile(np.array(names, dtype=object), frames),
+        "kind": np.tile(np.array(kinds, dtype=object), frames),
+        "x": x,
+        "y": y,
+        "z": z,
+    }
+
+
+JOINT_COLUMNS = (
+    "joint", "parent", "child", "x", "y", "z", "se_x", "se_y", "se_z", "markers", "samples",
+    "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "determined",
+    "method", "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference",
+)  # fmt: skip
+
+
+def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
+    """The rows of joints.csv: lengths in metres, the angle in degrees; None where nothing is known.
+
+    `bone` is the median distance from the parent segment's own joint, `bone_sd` its standard deviation over
+    the clip, and `side_difference` how much longer it is than on the other side, as a share of the mean.
+    """
+    lengths = {bone.end: bone for bone in bones(fit)} if fit.joints else {}
+    medians = [lengths[j.joint].median if j.joint in lengths else np.nan for j in fit.joints]
+    names = [joint.joint for joint in fit.joints]
+    difference = np.full(len(names), np.nan)
+    for places in by_sides(names).values():
+        if len(places) == 2:
+            here, there = (medians[i] for i in places)
+            difference[places] = np.array([here - there, there - here]) / (0.5 * (here + there))
+    rows = []
+    for joint, median, other in zip(fit.joints, medians, difference, strict=True):
+        length = lengths[joint.joint].length if joint.joint in lengths else np.empty(0)
+        seen = length[np.isfinite(length)]
+        spread = float(seen.std()) if len(seen) else np.nan
+        rows.append(_joint_row(joint, (median, spread, other)))
+    return rows
+
+
+def joint_row(joint: JointFit) -> dict[str, Any]:
+    """The row of a joint apart from a skeleton: without what bones and sides tell."""
+    return _joint_row(joint, (np.nan, np.nan, np.nan))
+
+
+def _joint_row(joint: JointFit, bone: tuple[float, float, float]) -> dict[str, Any]:
+    prior = " ".join(joint.landmarks) + (f" ({joint.source})" if joint.source else "")
+    x, y, z = map(_number, joint.centre)
+    se_x, se_y, se_z = map(_number, joint.standard_error)
+    values = (
+        joint.joint, joint.parent, joint.child, x, y, z, se_x, se_y, se_z, list(joint.markers),
+        joint.samples, _number(joint.effective, 1), [_number(r) for r in joint.radius],
+        _number(joint.residual), _number(joint.sigma), _number(joint.weakest_sd),
+        _number(np.degrees(joint.angle), 2), joint.shown, joint.method, joint.reason,
+        _number(joint.share, 3), prior, *(_number(value) for value in bone),
+    )  # fmt: skip
+    return dict(zip(JOINT_COLUMNS, values, strict=True))
+
+
+def _number(value: float, digits: int = 6) -> float | None:
+    # Adding zero turns -0.0 into 0.0.
+    return round(float(value), digits) + 0.0 if np.isfinite(value) else None
+
+
+def tracks_table(fit: SkeletonFit) -> pandas.DataFrame:
+    """The moving skeleton as a DataFrame: `frame` as index, `time`, then the columns of skeleton.csv."""
+    import pandas
+
+    names, values = track_columns(fit)
+    table = pandas.DataFrame(values, columns=names)
+    table.insert(0, "time", fit.time)
+    table.index = pandas.Index(fit.frame_numbers, name="frame")
+    return table
+
+
+def points_table(fit: SkeletonFit) -> pandas.DataFrame:
+    """The moving skeleton as a DataFrame in long form: the columns of `point_columns`."""
+    import pandas
+
+    return pandas.DataFrame(point_columns(fit))
+
+
+def joints_table(fit: SkeletonFit) -> pandas.DataFrame:
+    """The joints as a DataFrame: one row a joint, `joint` as index, the columns of joints.csv."""
+    import pandas
+
+    rows = joint_rows(fit)
+    return pandas.DataFrame(rows, columns=list(JOINT_COLUMNS)).set_index("joint")

@@ -1,0 +1,99 @@
+"""In plain words: which joints of a clip to trust, and what movement would make the others known."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from mocap_skel.joints.centre import JointFit
+from mocap_skel.results.series import by_sides, sideless
+from mocap_skel.results.tables import joint_rows
+from mocap_skel.skeleton_fit import SkeletonFit
+from mocap_skel.text import listed
+
+# Metres: two standard errors in the direction that is known least. The former is what a lab would publish,
+# beyond the latter a joint is somewhere in the limb.
+SHARP, USABLE = 0.02, 0.05
+# Bones of a person's two sides differ by less (Auerbach & Ruff 2006).
+ASYMMETRY = 0.05
+# So many movements to ask for at once.
+MOST = 3
+
+
+def verdict(fit: SkeletonFit) -> tuple[str, ...]:
+    """Sentences: whom to trust, where the sides contradict each other, what to film; never none."""
+    return (*_trust(fit), *_sides(fit), *_movements(fit))
+
+
+def error_95(joint: JointFit) -> float:
+    """Two standard errors in the direction in which the joint is known least, metres; inf without a fit."""
+    return 2.0 * joint.worst_error if joint.fitted else float("inf")
+
+
+def _trust(fit: SkeletonFit) -> Iterator[str]:
+    groups: dict[str, list[str]] = {}
+    for joint in fit.joints:
+        # Without a prior a joint that the movement does not show is a place holder.
+        placed = joint.shown == "no" and not joint.landmarks
+        error = float("inf") if placed else error_95(joint)
+        level = "sharp" if error <= SHARP else "usable" if error <= USABLE else "poor"
+        groups.setdefault(level if joint.fitted else "none", []).append(joint.joint)
+    words = {
+        "sharp": f"Known to {100 * SHARP:g} cm (95 %)",
+        "usable": f"known to {100 * USABLE:g} cm",
+        "poor": "not to be trusted",
+        "none": "not fitted",
+    }
+    parts = [f"{words[k]}: {_joints(groups[k])}" for k in words if k in groups]
+    if parts:
+        first = parts[0][0].upper() + parts[0][1:]
+        yield "; ".join([first, *parts[1:]]) + "."
+    anatomy = [j.joint for j in fit.joints if j.fitted and j.landmarks and j.share < 0.5]
+    if anatomy:
+        yield f"More from anatomy than from the movement: {_joints(anatomy)}."
+
+
+def _joints(names: list[str]) -> str:
+    """Names, those of both sides as one."""
+    groups = by_sides(names)
+    return listed(
+        [
+            f"both {_several(_words(name))}" if len(places) == 2 else _words(names[places[0]])
+            for name, places in groups.items()
+        ],
+        20,
+    )
+
+
+def _words(name: str) -> str:
+    """LeftKnee as left knee, ThumbCMC as thumb CMC."""
+    parts = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|_", " ", name).split()
+    return " ".join(part if part.isupper() else part.lower() for part in parts)
+
+
+def _several(noun: str) -> str:
+    return f"{noun}es" if noun.endswith(("s", "x", "ch")) else f"{noun}s"
+
+
+def _sides(fit: SkeletonFit) -> Iterator[str]:
+    found = {
+        sideless(row["joint"]): row["side_difference"]
+        for row in joint_rows(fit)
+        if row["side_difference"] is not None and abs(row["side_difference"]) > ASYMMETRY
+    }
+    if found:
+        bones = listed([f"{_words(name)} {100 * abs(d):.0f} %" for name, d in found.items()], 12)
+        yield f"Bones whose two sides differ in length, measured up to the joint: {bones}."
+
+
+def _movements(fit: SkeletonFit) -> Iterator[str]:
+    poor = sorted((j for j in fit.joints if error_95(j) > SHARP), key=error_95, reverse=True)
+    asked: dict[str, None] = {}
+    for joint in poor:
+        movement = fit.skeleton[joint.child].movement
+        # No movement shows a joint whose child has no marker.
+        if movement and joint.samples:
+            asked[movement] = None
+    chosen = list(asked)[:MOST]
+    if chosen:
+        yield f"To know more, film: {'; '.join(chosen)}."

@@ -1,0 +1,5 @@
+"""A segment's frame: rigid shapes, poses, and samples at which a marker is not where it belongs.
+
+Here belongs what can be said of one segment's markers before any joint is known. It may import `spherefit`
+and the ground.
+"""

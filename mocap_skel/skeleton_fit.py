@@ -1,0 +1,86 @@
+"""A skeleton moving through a clip: what a fit gives, and what everything after it reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.figure.skeleton import Skeleton
+from mocap_skel.joints.centre import JointFit
+from mocap_skel.segments.left_out import LeftOut
+from mocap_skel.segments.pose import Array, Pose
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentFit:
+    """A segment's pose in every frame and the points fixed in it. Metres.
+
+    Attributes:
+        name: the segment.
+        pose: NaN in frames that do not determine it.
+        template: markers in the segment's own coordinates, name → (3,).
+        joint: (3,) the joint towards the parent in the segment's own coordinates; None for the root.
+        end: (3,) the end point of a leaf in the segment's own coordinates; None for the others.
+        drawn_through: names of the three points that give its axes; empty for a segment of one marker.
+        rigid: standard deviation of its markers about the template, metres, skin included.
+    """
+
+    name: str
+    pose: Pose
+    template: dict[str, Array]
+    joint: Array | None
+    end: Array | None
+    drawn_through: tuple[str, ...] = ()
+    rigid: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class SkeletonFit:
+    """A skeleton moving through a clip. Metres, in the clip's own axes.
+
+    Attributes:
+        clip: the clip's name.
+        subject: "" where the clip has no subjects.
+        skeleton: the figure.
+        frame_numbers: (frames,), the file's own.
+        rate: frames a second.
+        up: the clip's vertical axis.
+        sigma: noise standard deviation of a marker, given or estimated.
+        segments: the segments with a pose, parents first.
+        joints: one a joint of the skeleton, in its order; `JointFit.fitted` tells which are known.
+        notes: what was decided and what is missing, one sentence each.
+        left_out: markers with samples that are left out because the marker was somewhere else.
+    """
+
+    clip: str
+    subject: str
+    skeleton: Skeleton
+    frame_numbers: NDArray[np.int64]
+    rate: float
+    up: str
+    sigma: float
+    segments: dict[str, SegmentFit]
+    joints: tuple[JointFit, ...]
+    notes: tuple[str, ...]
+    left_out: tuple[LeftOut, ...] = ()
+
+    @property
+    def time(self) -> Array:
+        """(frames,) seconds; a clip cut out of a longer take keeps its place in it."""
+        return np.asarray((self.frame_numbers - 1) / self.rate)
+
+    def tracks(self) -> Iterator[tuple[str, Array]]:
+        """Name and lab track (frames, 3) of every joint, of the root's origin, of each leaf's end point."""
+        for joint in self.joints:
+            yield joint.joint, joint.track
+        for segment in dict.fromkeys((self.skeleton.root, *self.skeleton.leaves)):
+            found = self.segments.get(segment.name)
+            if found is None:
+                yield segment.name, np.full((len(self.frame_numbers), 3), np.nan)
+            elif segment.parent is None:
+                yield segment.name, found.pose.origin
+            elif found.end is not None:
+                yield segment.name, found.pose.to_lab(found.end)

@@ -1,0 +1,48 @@
+"""The program as a user runs it: a process, its exit code, its streams, its files."""
+
+import subprocess
+import sys
+
+from recordings import SAMPLES
+
+ROM = SAMPLES / "range_of_motion.c3d"
+STILL = SAMPLES / "nearly_still.c3d"
+PARTS = {
+    "scipy": ("scipy", "scipy.optimize"),
+    "matplotlib": ("matplotlib", "matplotlib.figure", "matplotlib.colors"),
+}
+
+
+def run(*arguments, cwd, **options):
+    """Run mocap-skel; whatever happens, nobody may see a traceback."""
+    done = subprocess.run(
+        [sys.executable, "-m", "mocap_skel", *map(str, arguments)],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        **options,
+    )
+    assert "Traceback" not in done.stderr + done.stdout
+    return done
+
+
+def files(folder):
+    return sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
+
+
+def program(start, *arguments, cwd):
+    """Run the command in a Python that something was done to first."""
+    code = f"{start}\nimport sys\nfrom mocap_skel.cli import main\nmain(sys.argv[1:])\n"
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        cwd=cwd, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert "Traceback" not in done.stderr + done.stdout
+    return done
+
+
+def without(library, *arguments, cwd):
+    """Run the command where a library is not installed."""
+    start = f"import sys\nsys.modules |= dict.fromkeys({PARTS[library]!r})"
+    return program(start, *arguments, cwd=cwd)

@@ -1,0 +1,572 @@
+"""Files as they are found: pointers, counts and parameters that are wrong, each kind written byte by byte."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import pytest
+from c3d_bytes import BLOCK, c3d_file, notes, parameter, same
+from recordings import ASSOCIATIONS, CLIPS
+
+from mocap_skel.errors import ClipError
+from mocap_skel.readers import read_clip, section, with_c3d, with_ezc3d
+from mocap_skel.readers.survey import survey
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "clip.c3d"
+
+
+def tracks(count=60, markers=4, seed=0):
+    """Points that move as markers do, (frames, markers, 3) in mm: some mm a frame, a metre apart."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(count)[:, None, None] / 100
+    phase, middle = rng.uniform(0, 6, (markers, 3)), rng.uniform(-900, 900, (markers, 3))
+    return middle + 100 * np.sin(3 * time + phase)
+
+
+def is_right(path, points=None, tolerance=1e-3, **options):
+    """The clip, which holds the tracks."""
+    clip = read_clip(path, **options)
+    points = tracks() if points is None else points
+    np.testing.assert_allclose(clip.points * 1000, points, atol=tolerance)
+    return clip
+
+
+def change(path, at, form, *values):
+    data = bytearray(path.read_bytes())
+    struct.pack_into(form, data, at, *values)
+    path.write_bytes(data)
+
+
+def place(path, name):
+    """Where a parameter's type stands."""
+    return path.read_bytes().index(name.encode(), BLOCK) + len(name) + 2
+
+
+def value_of(path, name, form, value):
+    """Change the value of a scalar."""
+    change(path, place(path, name) + 2, form, value)
+
+
+def blocks_between(path, before, blocks):
+    """Blocks of noise before block `before` (from 1), which nothing points to."""
+    data = path.read_bytes()
+    noise = np.random.default_rng(9).bytes(BLOCK * blocks)
+    path.write_bytes(data[: BLOCK * (before - 1)] + noise + data[BLOCK * (before - 1) :])
+
+
+# --- Pointers -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scale", [-1.0, 0.1])
+def test_parameters_that_do_not_follow_the_header(path, scale):
+    c3d_file(path, tracks(), scale=scale)
+    blocks_between(path, 2, 3)
+    (data,) = struct.unpack_from("<H", path.read_bytes(), 16)
+    change(path, 0, "B", 5)
+    change(path, 16, "<H", data + 3)
+    value_of(path, "DATA_START", "<h", data + 3)
+    clip = is_right(path, tolerance=0.06)
+    assert clip.labels == ("M1", "M2", "M3", "M4")
+    assert clip.notes == ()
+
+
+def test_points_that_do_not_follow_the_parameters(path):
+    c3d_file(path, tracks())
+    (data,) = struct.unpack_from("<H", path.read_bytes(), 16)
+    blocks_between(path, data, 4)
+    change(path, 16, "<H", data + 4)
+    value_of(path, "DATA_START", "<h", data + 4)
+    assert is_right(path).notes == ()
+
+
+@pytest.mark.parametrize("pointer", [1, 3, 0x7F, 255])
+def test_a_pointer_to_the_parameters_that_is_wrong(path, pointer):
+    change(c3d_file(path, tracks()), 0, "B", pointer)
+    clip = is_right(path)
+    assert clip.labels == ("M1", "M2", "M3", "M4")
+    assert f"the header says the parameters are in block {pointer}, they are in 2" in notes(clip)
+
+
+@pytest.mark.parametrize("where", ["header", "DATA_START", "both"])
+@pytest.mark.parametrize("block", [0, 1, 2, 5, 60000])
+def test_a_pointer_to_the_points_that_is_wrong(path, where, block):
+    c3d_file(path, tracks())
+    if where != "DATA_START":
+        change(path, 16, "<H", block)
+    if where != "header":
+        value_of(path, "DATA_START", "<H", block)
+    if where == "both" and block == 5:
+        # A place in the file that both name is believed: the rest of it is too short.
+        with pytest.raises(ClipError, match="cut off"):
+            read_clip(path)
+        return
+    clip = is_right(path)
+    assert clip.labels == ("M1", "M2", "M3", "M4")
+    assert ("for the block where the points start" in notes(clip)) == (
+        where != "DATA_START" or block > 0
+    )
+
+
+def test_zeros_before_the_header(path):
+    c3d_file(path, tracks())
+    path.write_bytes(bytes(BLOCK) + path.read_bytes())
+    clip = is_right(path)
+    assert clip.labels[0] == "M1"
+    assert "512 zeros stand before its header" in notes(clip)
+    path.write_bytes(bytes(4000))
+    with pytest.raises(ClipError, match="not a C3D file"):
+        read_clip(path)
+
+
+# --- The parameter section ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("blocks", [0, 1, 40, 255])
+def test_a_number_of_parameter_blocks_that_is_wrong(path, blocks):
+    # Longer than the one block that it may say.
+    c3d_file(path, tracks(), DESCRIPTIONS=["what a marker is called by some"] * 40)
+    change(path, BLOCK + 2, "B", blocks)
+    assert is_right(path).labels == ("M1", "M2", "M3", "M4")
+
+
+@pytest.mark.parametrize(
+    ("machine", "number"),
+    [
+        *[(machine, number) for machine in ("INTEL", "DEC", "MIPS") for number in (0, 87)],
+        *[("INTEL", 1), ("DEC", 2), ("MIPS", 3)],
+    ],
+)
+def test_a_machine_that_is_not_named(path, machine, number):
+    c3d_file(path, tracks(), machine=machine)
+    change(path, BLOCK + 3, "B", number)
+    clip = is_right(path)
+    assert clip.labels == ("M1", "M2", "M3", "M4")
+    assert f"taken for {machine}" in notes(clip)
+
+
+@pytest.mark.parametrize(("machine", "number"), [("INTEL", 85), ("DEC", 84)])
+def test_a_machine_that_it_is_not(path, machine, number):
+    c3d_file(path, tracks(), machine=machine)
+    change(path, BLOCK + 3, "B", number)
+    assert f"taken for {machine}" in notes(is_right(path))
+    # Without a rate nothing tells, and what it says is believed.
+    c3d_file(path, tracks(), machine=machine, rate=0.0, RATE=100.0)
+    assert is_right(path).notes == ()
+
+
+@pytest.mark.parametrize("name", [b"\0\1\2\3", b"NAM\n", b"\xffAM\xc3"])
+def test_a_name_that_cannot_be_printed(path, name):
+    data = c3d_file(path, tracks(), TRIAL__NAME="walk").read_bytes()
+    path.write_bytes(data.replace(b"NAME", name))
+    assert is_right(path).labels == ("M1", "M2", "M3", "M4")
+
+
+@pytest.mark.parametrize("scale", [0.05, -0.05])
+def test_a_scale_that_the_header_has_otherwise(path, scale):
+    """Where the two differ POINT:SCALE holds, as it holds for most programs."""
+    change(c3d_file(path, tracks(), scale=2 * scale), 12, "<f", scale)
+    said = ("POINT:SCALE is 0.1, the header's 0.05; the first is taken",)
+    # That of floats is no number that anything is multiplied with.
+    assert is_right(path, tolerance=0.06).notes == (said if scale > 0 else ())
+
+
+def test_integers_without_a_scale(path):
+    # Nothing says that they are integers, but as floats they would be none.
+    change(c3d_file(path, tracks().round(), scale=1.0, SCALE=None), 12, "<f", 0.0)
+    assert "no scale for integer points: taken as 1" in notes(is_right(path, tracks().round()))
+
+
+@pytest.mark.parametrize("said", [(60, 31), (50, 60)])
+def test_two_numbers_of_frames_for_which_there_is_room(path, said):
+    by_parameters, by_header = said
+    c3d_file(path, tracks(), FRAMES=by_parameters, last=by_header)
+    said = f"POINT:FRAMES is {by_parameters}, the header's {by_header}; 60 frames are taken"
+    assert said in notes(is_right(path))
+
+
+def test_analog_data_that_nobody_needs_are_no_note(path):
+    c3d_file(path, tracks(), analogs=24, machine="MIPS")
+    change(path, 18, ">H", 0)
+    assert "py-c3d cannot" not in notes(is_right(path))
+
+
+def test_a_group_without_a_record(path):
+    data = c3d_file(path, tracks()).read_bytes()
+    record = b"\5\xffPOINT\3\0\0"
+    assert record in data
+    path.write_bytes(data.replace(record, b"\5\xf9WRONG\3\0\0"))
+    clip = is_right(path)
+    assert clip.labels == ("M1", "M2", "M3", "M4")
+    assert "POINT has no record of its own" in notes(clip)
+
+
+def test_no_group_of_points_at_all(path):
+    data = c3d_file(path, tracks(), LABELS=None, UNITS=None, FRAMES=None).read_bytes()
+    path.write_bytes(data.replace(b"\5\xffPOINT", b"\5\xffOTHER"))
+    clip = is_right(path)
+    assert (clip.labels[0], clip.rate, clip.first_frame) == ("point_1", 100.0, 1)
+
+
+@pytest.mark.parametrize("step", [0, 1, 3, 5000, 65535])
+@pytest.mark.parametrize("name", ["UNITS", "FRAMES"])
+def test_a_step_to_the_next_parameter_that_is_wrong(path, step, name):
+    c3d_file(path, tracks())
+    change(path, place(path, name) - 2, "<H", step)
+    clip = read_clip(path)
+    if step == 0:
+        # That is how the last one says so.
+        assert clip.frames == 60
+        return
+    np.testing.assert_allclose(clip.points * 1000, tracks(), atol=1e-3)
+    assert clip.labels == ("M1", "M2", "M3", "M4")
+    assert f"parameter {name} is not as long as it says" in notes(clip)
+
+
+def test_parameters_that_run_into_the_points(path):
+    labels = ["a label of sixty-four letters, which is very long for a label, A"] * 3
+    data = c3d_file(path, tracks(), TRIAL__LABELS=labels).read_bytes()
+    (block,) = struct.unpack_from("<H", data, 16)
+    at = data.index(labels[0].encode())
+    gone = BLOCK * (block - 1)
+    # The section as if it had been one block shorter.
+    assert gone - BLOCK < at + 192
+    c3d_file(path, tracks(), TRIAL__NAME="A" * 120)
+    size = struct.unpack_from("<h", path.read_bytes(), place(path, "NAME") - 2)[0]
+    change(path, place(path, "NAME") - 2, "<h", size + 900)
+    change(path, place(path, "NAME"), "<bBBB", -1, 2, 120, 9)
+    clip = is_right(path)
+    assert clip.labels == ("M1", "M2", "M3", "M4")
+    assert "read with numpy" in notes(clip)
+
+
+@pytest.mark.parametrize("kind", [0, 3, 7, -2])
+def test_a_parameter_of_no_type(path, kind):
+    c3d_file(path, tracks(), TRIAL__NAME="walk")
+    change(path, place(path, "NAME"), "b", kind)
+    assert is_right(path).labels == ("M1", "M2", "M3", "M4")
+
+
+@pytest.mark.parametrize("group", [0, 100, -100])
+def test_a_parameter_of_no_group(path, group):
+    c3d_file(path, tracks(), TRIAL__NAME="walk")
+    change(path, place(path, "NAME") - 7, "b", group)
+    assert is_right(path).labels == ("M1", "M2", "M3", "M4")
+
+
+def test_fewer_labels_than_points_and_empty_lists(path):
+    points = tracks(markers=6)
+    c3d_file(path, points, LABELS=["A", "B"], UNITS=" ")
+    clip = is_right(path, points)
+    assert clip.labels == ("A", "B", "point_3", "point_4", "point_5", "point_6")
+
+
+# --- What the header and the parameters do not agree on ------------------------------------------
+
+
+@pytest.mark.parametrize("where", ["header", "USED"])
+@pytest.mark.parametrize("points", [1, 3, 5, 300])
+@pytest.mark.parametrize("scale", [-1.0, 0.1])
+def test_a_number_of_points_that_is_wrong(path, where, points, scale):
+    c3d_file(path, tracks(), scale=scale)
+    if where == "header":
+        change(path, 2, "<H", points)
+    else:
+        value_of(path, "USED", "<h", points)
+    clip = is_right(path, tolerance=0.06)
+    assert f"says {points} points a frame, it is 4" in notes(clip)
+
+
+@pytest.mark.parametrize("points", [0, 4])
+def test_points_in_one_place_only(path, points):
+    change(c3d_file(path, tracks()), 2, "<H", points)
+    value_of(path, "USED", "<h", 4 - points)
+    assert is_right(path).labels == ("M1", "M2", "M3", "M4")
+
+
+def test_zero_points_are_said_to_be_none(path):
+    c3d_file(path, np.ones((10, 0, 3)), analogs=4)
+    with pytest.raises(ClipError, match=r"clip\.c3d: no points in it \(points: 0, frames: 10\)"):
+        read_clip(path)
+
+
+@pytest.mark.parametrize(("stands", "said"), [(-1.0, 0.1), (0.1, -0.1)])
+@pytest.mark.parametrize("where", ["header", "SCALE", "both"])
+def test_a_kind_of_numbers_that_is_wrong(path, stands, said, where):
+    c3d_file(path, tracks(), scale=stands)
+    if where != "SCALE":
+        change(path, 12, "<f", said)
+    if where != "header":
+        value_of(path, "SCALE", "<f", said)
+    clip = is_right(path, tolerance=0.06)
+    assert f"says that the points are {'floats' if said < 0 else 'integers'}, which" in notes(clip)
+
+
+@pytest.mark.parametrize(
+    ("header", "samples", "used"),
+    [(24, 4, 0), (24, 0, 6), (6, 4, 6), (0, 4, 6), (24, 4, 5), (24, 1, 6), (0, 0, 0)],
+)
+@pytest.mark.parametrize("scale", [-1.0, 0.1])
+def test_analog_values_that_the_header_counts_in_another_way(path, header, samples, used, scale):
+    """Among them the kind that ezc3d misreads in silence: its stride leaves values out."""
+    c3d_file(path, tracks(), analogs=24, scale=scale)
+    change(path, 4, "<H", header)
+    change(path, 18, "<H", samples)
+    data = path.read_bytes()
+    change(path, data.index(b"USED", data.index(b"USED") + 4) + 8, "<h", used)
+    clip = is_right(path, tolerance=0.06)
+    assert "read with" in notes(clip)
+    assert "analog values a frame, it is 24" in notes(clip)
+
+
+def test_what_ezc3d_takes_for_something_else_is_found_by_its_jumps(path, monkeypatch):
+    """Should it misread a file of which all counts agree, a few frames and the median step tell."""
+    c3d_file(path, tracks())
+    other = path.with_name("other.c3d")
+    c3d_file(other, np.random.default_rng(1).permuted(tracks(), axis=0))
+    wrong = with_ezc3d.read(other)
+    monkeypatch.setattr(with_ezc3d, "read", lambda *_: wrong)
+    clip = is_right(path)
+    assert "ezc3d takes it for something else: its points jump; read with py-c3d" in notes(clip)
+
+
+@pytest.mark.parametrize("said", [(61, 60), (60, 61), (0, 60), (60, 0), (60, 31), (59, 60)])
+def test_a_number_of_frames_that_is_wrong(path, said):
+    by_parameters, by_header = said
+    c3d_file(path, tracks(), FRAMES=by_parameters, last=by_header)
+    is_right(path)
+
+
+def test_a_tail_is_noted_and_is_no_frame(path):
+    c3d_file(path, tracks(), tail=np.random.default_rng(3).bytes(4000))
+    assert "goes on after the 60 frames" in notes(is_right(path))
+
+
+def test_a_rate_of_zero_in_the_parameters_or_in_the_header(path):
+    assert is_right(c3d_file(path, tracks(), RATE=0.0)).rate == 100.0
+    assert is_right(c3d_file(path, tracks(), rate=0.0, RATE=50.0)).rate == 50.0
+
+
+@pytest.mark.parametrize("value", [0, 32767, 60000, 65535])
+def test_more_frames_than_a_signed_word_holds(path, value):
+    points = tracks(max(60, value), 1)
+    clip = is_right(c3d_file(path, points), points)
+    assert clip.notes == ()
+
+
+def test_cameras_and_residuals_in_one_word(path):
+    residuals = np.full((60, 4), 0x7F05)
+    residuals[3, 1], residuals[4, 2] = -1, -256
+    c3d_file(path, tracks(), residuals=residuals, scale=0.1)
+    clip = read_clip(path)
+    assert np.argwhere(np.isnan(clip.points[..., 0])).tolist() == [[3, 1], [4, 2]]
+
+
+def test_events_in_the_header_are_nobodys_points(path):
+    c3d_file(path, tracks())
+    change(path, 298, "<HH", 12345, 2)
+    change(path, 304, "<ff", 0.5, 1.5)
+    change(path, 396, "8s", b"RHS LTO ")
+    assert is_right(path).notes == ()
+
+
+def test_coordinates_that_are_nowhere(path):
+    points = tracks()
+    points[5, 1], points[7:9, 2, 0] = 1e20, -3e7
+    clip = read_clip(c3d_file(path, points))
+    assert np.isnan(clip.points[..., 0]).sum() == 3
+    assert "samples farther off than 1e+07 that count as missing: 3" in notes(clip)
+    # One number for everything that was not seen.
+    points = tracks()
+    points[:50, 1] = 9.9e18
+    clip = read_clip(c3d_file(path, points))
+    assert clip.missing()[1] == pytest.approx(50 / 60)
+    points[:50, 1] *= np.linspace(1, 2, 150).reshape(50, 3)
+    with pytest.raises(ClipError, match=r"clip\.c3d: damaged: coordinates such as .*e\+19 in it"):
+        read_clip(c3d_file(path, points))
+
+
+# --- No library sees what is not sound -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["ANALOG__SCALE", "ANALOG__OFFSET", "ANALOG__RATE"])
+def test_what_ezc3d_would_crash_on_it_is_not_shown(path, name, monkeypatch):
+    data = c3d_file(path, tracks(), analogs=3).read_bytes()
+    monkeypatch.setattr(with_ezc3d, "read", None)
+    short = name.removeprefix("ANALOG__").encode()
+    # A name's length and its group stand before it.
+    at = data.index(bytes([len(short), 2]) + short) + 2
+    path.write_bytes(data[:at] + b"XX" + data[at + 2 :])
+    clip = is_right(path)
+    assert f"ANALOG:{short.decode()}" in notes(clip)
+
+
+def test_integers_in_offset_that_are_floats(path, monkeypatch):
+    data = bytearray(c3d_file(path, tracks(), analogs=2).read_bytes())
+    at = data.index(b"OFFSET") + 8
+    # Two floats in the place of two integers would be longer: one that counts for both.
+    old = parameter(2, "OFFSET", np.zeros(2, int), "INTEL")
+    new = parameter(2, "OFFSET", np.zeros(2), "INTEL")
+    data = bytes(data).replace(old, new)
+    assert len(new) == len(old) + 4 and at
+    cut = data.index(bytes(4), data.index(b"ANALOG") + 400)
+    path.write_bytes(data[:cut] + data[cut + 4 :])
+    clip = is_right(path)
+    assert "ANALOG:OFFSET holds no integers; read with py-c3d" in notes(clip)
+
+
+def test_the_walk_gives_what_py_c3d_gives(path, samples):
+    """Both read the same parameters where py-c3d can."""
+    for file in (*sorted(samples.glob("*.c3d")), c3d_file(path, tracks(), machine="MIPS")):
+        found = survey(file)
+        assert found.section.faults == found.doubts == found.contradictions == ()
+        theirs = with_c3d.read(file)
+        assert theirs.reader == "py-c3d"
+        for group, entries in theirs.parameters.items():
+            ours = found.section.groups.get(group, {})
+            assert ours.keys() == entries.keys()
+            for name, value in entries.items():
+                assert list(ours[name]) == list(value), name
+
+
+@pytest.mark.parametrize("name", sorted(ASSOCIATIONS))
+def test_both_readers_agree_on_bundled_clips(samples, name):
+    same(with_ezc3d.read(samples / f"{name}.c3d"), with_c3d.read(samples / f"{name}.c3d"))
+
+
+def test_a_pipe_of_bytes_cannot_be_read_past():
+    """The walk ends on any bytes whatever."""
+    rng = np.random.default_rng(4)
+    for _ in range(300):
+        head = b"\2\x50" + rng.bytes(510) + b"\1\x50" + bytes([rng.integers(9), 84])
+        head += bytes([5, 255]) + b"POINT" + rng.bytes(1500)
+        header, found = section.read(head)
+        assert found.end <= len(head) and header.frames >= 0
+
+
+# --- Real recordings ----------------------------------------------------------------------------
+
+
+@pytest.mark.real
+@pytest.mark.parametrize(
+    ("name", "shape", "reader"),
+    [
+        ("Dance", (499, 40), "py-c3d"),
+        ("Eb015pi", (450, 26), ""),
+        ("Eb015si", (450, 26), "py-c3d"),
+        ("MotionMonitorC3D", (840, 8), "numpy"),
+        ("bad_parameter_section", (332, 45), "numpy"),
+        ("duplicate_labels", (1050, 48), ""),
+        ("sub_labels", (333, 50), ""),
+    ],
+)
+def test_odd_files_are_read(shared_clips, name, shape, reader):
+    clip = read_clip(shared_clips / "odd_files" / f"{name}.c3d")
+    assert clip.points.shape[:2] == shape
+    assert f"read with {reader}" in notes(clip) if reader else "read with" not in notes(clip)
+    # A person moves some centimetres a frame at most; misread files jump by a metre.
+    steps = np.linalg.norm(np.diff(clip.points, axis=0), axis=-1)
+    assert np.nanmedian(steps) < 0.03
+
+
+@pytest.mark.real
+@pytest.mark.parametrize("path", sorted(CLIPS.rglob("*.c3d")), ids=lambda path: path.stem)
+def test_every_shared_clip_is_read_alike_by_both(path):
+    first = survey(path)
+    if first.doubts or first.contradictions or first.section.machine == "MIPS":
+        assert read_clip(path).frames == first.layout.frames
+    else:
+        same(with_ezc3d.read(path), with_c3d.read(path))
+
+
+# --- Damage that no counter tells ----------------------------------------------------------------
+
+
+def spans(path, data, at, message, before):
+    """The file is refused as damaged, and --salvage reads the frames before."""
+    path.write_bytes(data)
+    with pytest.raises(ClipError, match=message) as error:
+        read_clip(path)
+    assert "--salvage reads" in error.value.hint
+    clip = read_clip(path, salvage=True)
+    assert before - 3 <= clip.frames <= before
+    np.testing.assert_allclose(clip.points * 1000, tracks(200, 8)[: clip.frames], atol=0.06)
+    assert "are read" in notes(clip)
+
+
+@pytest.mark.parametrize(("scale", "analogs"), [(-1.0, 0), (-1.0, 5), (0.1, 0), (0.1, 5)])
+@pytest.mark.parametrize("count", [4, 16, 52])
+@pytest.mark.parametrize("way", ["lost", "inserted"])
+def test_bytes_lost_or_inserted_among_the_points(path, scale, analogs, count, way):
+    data = c3d_file(path, tracks(200, 8), scale=scale, analogs=analogs).read_bytes()
+    found = survey(path)
+    at = found.layout.start + 90 * found.layout.stride + 37
+    if way == "lost":
+        data = data[:at] + data[at + count :] + bytes(count)
+    else:
+        data = data[:at] + bytes(count) + data[at:-count]
+    spans(path, data, at, r"clip\.c3d: damaged: bytes are lost or inserted at frame \d\d", 91)
+
+
+def test_points_that_jump_all_at_once_are_no_lost_bytes(path):
+    """Two takes in one, a figure that turns about at once, labels that are exchanged in pairs."""
+    points = tracks(200, 8)
+    for other in (points[100:] + 3000, -points[100:], points[100:, [1, 0, 3, 2, 5, 4, 7, 6]]):
+        joined = np.concatenate([points[:100], other])
+        assert is_right(c3d_file(path, joined), joined).notes == ()
+    rng = np.random.default_rng(4)
+    noise = rng.normal(0, 900, (200, 8, 3))
+    assert is_right(c3d_file(path, noise), noise).notes == ()
+
+
+@pytest.mark.parametrize("scale", [-1.0, 0.1])
+def test_a_tail_of_zeros_is_one_of_a_file_that_is_cut_off(path, scale):
+    data = c3d_file(path, tracks(200, 8), scale=scale).read_bytes()
+    found = survey(path)
+    at = found.layout.start + 90 * found.layout.stride + 21
+    rest = bytes(len(data) - at)
+    spans(path, data[:at] + rest, at, "nothing but zeros from frame 92 on, as in a file", 91)
+    # Some blank frames are nobody's loss.
+    at = found.layout.start + 195 * found.layout.stride
+    path.write_bytes(data[:at] + bytes(len(data) - at))
+    assert read_clip(path).frames == 200
+
+
+def test_a_file_whose_way_of_saying_missing_is_zeros(path):
+    points = tracks(200, 8)
+    points[30:60, 2] = points[90:] = 0
+    c3d_file(path, points)
+    clip = read_clip(path)
+    assert clip.frames == 200
+    assert "nothing but zeros from frame 91 on: is the file cut off there?" in notes(clip)
+    # Analog channels that stop with the points tell.
+    data = c3d_file(path, points + 0.0, analogs=4).read_bytes()
+    found = survey(path)
+    frames = np.frombuffer(data, "<f4", 200 * 36, found.layout.start).reshape(200, 36).copy()
+    frames[:90, 32:] = 0.5
+    frames[90:] = 0
+    start = found.layout.start
+    path.write_bytes(data[:start] + frames.tobytes() + data[start + frames.nbytes :])
+    with pytest.raises(ClipError, match="as in a file that is cut off"):
+        read_clip(path)
+
+
+def test_noise_among_the_points_is_damage(path):
+    data = bytearray(c3d_file(path, tracks(200, 8)).read_bytes())
+    found = survey(path)
+    at = found.layout.start + 90 * found.layout.stride + 21
+    data[at : at + 600] = np.random.default_rng(5).bytes(600)
+    path.write_bytes(data)
+    with pytest.raises(
+        ClipError, match=r"damaged: coordinates such as .* frames from \d\d"
+    ) as error:
+        read_clip(path)
+    assert error.value.hint == "--salvage reads the other frames"
+    clip = read_clip(path, salvage=True)
+    assert "where every marker counts as missing" in notes(clip)
+    lost = np.isnan(clip.points).all(axis=(1, 2))
+    assert lost[90:95].all() and lost.sum() <= 11
+    np.testing.assert_allclose(clip.points[~lost] * 1000, tracks(200, 8)[~lost], atol=1e-3)
