@@ -1,0 +1,182 @@
+"""A fit as a figure to animate: rigid, calm, its feet on the floor, both sides alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+
+from mocap_skel.clip import AXES
+from mocap_skel.rig.bridging import runs
+from mocap_skel.rig.feet import Feet, find_feet, held_feet
+from mocap_skel.rig.filtering import chosen_cutoff, low_passed
+from mocap_skel.rig.model import Model, model_of
+from mocap_skel.rig.motion import Limits, RigidMotion, rigid_motion
+from mocap_skel.rig.rest_pose import Bone, rest_pose
+from mocap_skel.rig.symmetry import even_offsets, even_points
+from mocap_skel.segments.pose import Array
+from mocap_skel.skeleton_fit import SkeletonFit
+from mocap_skel.text import listed
+
+# Animations of one fit that are kept: several formats show the same.
+KEPT = 2
+AUTO = "auto"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What an animated figure may be told.
+
+    Attributes:
+        limits: how long gaps may be, and how fast joints.
+        smooth: hertz above which the markers' movement is taken away; AUTO = by residual analysis; 0 = nothing is.
+        lock: hold each sole where it stands.
+        even: bones of one length on both sides.
+    """
+
+    limits: Limits = field(default_factory=Limits)
+    smooth: float | str = AUTO
+    lock: bool = False
+    even: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Animation:
+    """A rigid figure, its rest pose and its motion. Metres, in the clip's own axes.
+
+    Attributes:
+        motion: of the figure; `motion.model` has its bones.
+        rest: of each segment the rotation (3, 3) from its axes to the character's in the T-pose (x to its
+            left, y up, z forward).
+        average: segments whose rest pose is the clip's average, for the skeleton file has no direction for them.
+        feet: when the soles stand, and where the floor is.
+        cutoff: hertz of the filter; None = none was used.
+        rate: frames a second.
+        up: the clip's vertical axis.
+        frame_numbers: (F,), the file's own.
+    """
+
+    motion: RigidMotion
+    rest: tuple[Array, ...]
+    average: tuple[str, ...]
+    feet: Feet
+    cutoff: float | None
+    rate: float
+    up: str
+    frame_numbers: Array
+
+    @property
+    def vertical(self) -> Array:
+        """(3,): the clip's vertical."""
+        return np.eye(3)[AXES.index(self.up)]
+
+
+@lru_cache(maxsize=KEPT)
+def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:  # noqa: B008
+    """The rigid figure of a fit through its clip.
+
+    Args:
+        fit: of one subject, in the clip's own axes.
+        choice: what the figure shall be.
+    """
+    vertical = np.eye(3)[AXES.index(fit.up)]
+    model, cutoff = _filtered(model_of(fit), fit.rate, choice.smooth)
+    if choice.even:
+        # Before the fit: the markers decide where the changed bones are.
+        rest, _ = _rested(model, vertical)
+        offsets = even_offsets(model.segments, model.bones.parents, model.bones.offsets, rest)
+        model = replace(model, bones=replace(model.bones, offsets=offsets))
+    motion = rigid_motion(model, fit.rate, choice.limits)
+    model = motion.model
+    rest, average = _rested(model, vertical)
+    feet = find_feet(model, motion.poses, vertical, fit.rate)
+    if choice.lock and feet.soles:
+        poses = held_feet(motion.problem, motion.poses, feet, vertical, fit.rate)
+        motion = replace(motion, poses=poses)
+    ends = _on_soles(model, feet)
+    if choice.even:
+        turned = {model.segments[i].name: rest[i] @ end for i, end in ends.items()}
+        even = even_points(turned)
+        ends = {i: rest[i].T @ even[model.segments[i].name] for i in ends}
+    motion = replace(motion, model=replace(model, ends=ends))
+    return Animation(
+        motion, tuple(rest), tuple(average), feet, cutoff, fit.rate, fit.up, fit.frame_numbers
+    )
+
+
+def _filtered(model: Model, rate: float, smooth: float | str) -> tuple[Model, float | None]:
+    cutoff = chosen_cutoff(model.points, rate) if isinstance(smooth, str) else smooth
+    if not cutoff:
+        return model, None
+    points = tuple(low_passed(own, rate, cutoff) for own in model.points)
+    return replace(model, points=points), cutoff
+
+
+def _rested(model: Model, vertical: Array) -> tuple[list[Array], list[str]]:
+    turns = model.start.turn.transpose(2, 3, 0, 1)
+    zero = np.zeros(3)
+    bones = [
+        Bone(segment, model.bones.parents[i], zero, model.bones.offsets[i], model.ends.get(i), turns[i])
+        for i, segment in enumerate(model.segments)
+    ]
+    return rest_pose(bones, vertical)
+
+
+def _on_soles(model: Model, feet: Feet) -> dict[int, Array]:
+    """End points, those of feet on the sole instead of at the markers above it."""
+    ends = dict(model.ends)
+    for i in ends:
+        chosen = model.segments[i].ends or model.markers[i]
+        soles = [s.place for s in feet.soles if s.segment == i and s.marker in chosen]
+        if soles:
+            ends[i] = np.mean(soles, axis=0)
+    return ends
+
+
+def animation_notes(animation: Animation) -> tuple[str, ...]:
+    """What was done to the motion, one sentence each: filters, gaps, repairs, frames without a figure."""
+    notes = []
+    if animation.cutoff:
+        notes.append(
+            f"the markers' movement above {animation.cutoff:g} Hz is taken away (--smooth 0 keeps it)"
+        )
+    ways = {
+        "markers": "by the markers left and the joints beside",
+        "motion": "by the motion before and after",
+        "hold": "with the nearest pose",
+    }
+    motion = animation.motion
+    names = [segment.name for segment in motion.model.segments]
+    for by, how in ways.items():
+        filled = {
+            names[s]: [(b.start, b.stop) for b in motion.bridges if b.segment == s and b.by == by]
+            for s in range(len(names))
+        }
+        told = [f"{name} {spans(animation, found)}" for name, found in filled.items() if found]
+        off = [b.residual for b in motion.bridges if b.by == by and np.isfinite(b.residual)]
+        seen = f"; markers seen there are {1e3 * max(off):.0f} mm off at most" if off else ""
+        if told:
+            notes.append(f"filled {how}: {listed(told, 20)}{seen}")
+    repaired = [
+        f"{name} {spans(animation, runs(row))}"
+        for name, row in zip(names, motion.repaired, strict=True)
+        if row.any()
+    ]
+    if repaired:
+        notes.append(f"turns faster than any person's are slowed down: {listed(repaired, 20)}")
+    return tuple(notes)
+
+
+def spans(animation: Animation, stretches: Iterable[tuple[int, int]]) -> str:
+    """Stretches (start, stop) in the file's own frame numbers."""
+    numbers = animation.frame_numbers
+    return listed(
+        (
+            str(numbers[start]) if stop - start == 1 else f"{numbers[start]}-{numbers[stop - 1]}"
+            for start, stop in stretches
+            if stop > start
+        ),
+        12,
+    )

@@ -1,0 +1,182 @@
+"""Feet on the floor: where the floor is, when a sole stands on it, and the figure held there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.rig.blocks import apply, transposed
+from mocap_skel.rig.bridging import runs
+from mocap_skel.rig.model import Model
+from mocap_skel.rig.solver import Bones, Poses, Problem, Sums, marker_sums, solve
+from mocap_skel.segments.pose import Array
+
+# Metres a second and metres: a marker of the sole stands if it is slower, and no higher above its lowest places.
+# A walking foot swings at 3 to 5 m/s; skin and the rolling of a standing foot reach some 0.2.
+SLOW, LOW = 0.3, 0.04
+# Seconds: a shorter stand is a turning point of the swing, a shorter break is noise.
+STAND, BREAK = 0.1, 0.05
+# The share of slow places below which a marker is taken to stand.
+LOWEST = 0.1
+# Metres: markers of a sole are no higher than that over the floor, else the floor is not at zero. Where it is not,
+# it is taken to be so far below the lowest marker: a marker's radius, the sole's skin and a shoe.
+HIGHEST_MARKER, UNDER_MARKER = 0.15, 0.03
+# A held sole weighs as so many markers, and takes so long (seconds) to come from its free path and go back.
+HOLD, EASE = 100.0, 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class Sole:
+    """A point of the sole, under a marker.
+
+    Attributes:
+        segment: its index in the model.
+        marker: the marker above it.
+        above: (3,) the marker in the segment's axes, from its joint.
+        place: (3,) the point of the sole, likewise.
+        stands: (start, stop) of frames in which it stands on the floor.
+    """
+
+    segment: int
+    marker: str
+    above: Array
+    place: Array
+    stands: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """The soles of a figure, and the floor that they stand on.
+
+    Attributes:
+        floor: metres along the vertical.
+        soles: those that stand somewhere in the clip.
+    """
+
+    floor: float
+    soles: tuple[Sole, ...]
+
+
+def find_feet(model: Model, poses: Poses, up: Array, rate: float) -> Feet:
+    """When the markers of the soles (`sole` of the skeleton file) stand, and the points of the sole under them.
+
+    A point lies under its marker by the marker's height in the standing frames, along what the foot then has
+    as vertical.
+
+    Args:
+        model: the figure.
+        poses: its motion.
+        up: (3,) the lab's vertical.
+        rate: frames a second.
+    """
+    found: list[tuple[int, str, Array, NDArray[np.bool_], float]] = []
+    for s, segment in enumerate(model.segments):
+        for marker in segment.sole:
+            place = model.place(s, marker)
+            if place is None:
+                continue
+            track = point_track(model.bones, poses, s, place)
+            height = up @ track
+            slow = speed(track, rate) < SLOW
+            if slow.sum() < STAND * rate:
+                continue
+            lowest = float(np.quantile(height[slow], LOWEST))
+            stands = _steady(slow & (height < lowest + LOW), rate)
+            if stands.any():
+                found.append((s, marker, place, stands, float(np.median(height[stands]))))
+    heights = [height for *_, height in found]
+    lowest = min(heights, default=0.0)
+    # Laboratories put the floor at zero; a figure that never comes near stands on something else.
+    at_zero = 0.0 <= lowest and max(heights, default=0.0) <= HIGHEST_MARKER
+    floor = 0.0 if at_zero else lowest - UNDER_MARKER
+    soles = []
+    for s, marker, place, stands, height in found:
+        down = apply(transposed(poses.turn[:, :, s][..., stands]), -up).mean(axis=1)
+        under = place + (height - floor) * down / np.linalg.norm(down)
+        soles.append(Sole(s, marker, place, under, tuple(runs(stands))))
+    return Feet(floor, tuple(soles))
+
+
+def point_track(bones: Bones, poses: Poses, segment: int, place: Array) -> Array:
+    """(3, F): a point of a segment in the lab."""
+    return np.asarray(poses.joints(bones)[:, segment] + apply(poses.turn[:, :, segment], place))
+
+
+def speed(track: Array, rate: float) -> Array:
+    """(F,) metres a second of a track (3, F), over two frames."""
+    if track.shape[1] < 2:
+        return np.zeros(track.shape[1])
+    return np.asarray(rate * np.linalg.norm(np.gradient(track, axis=1), axis=0))
+
+
+def _steady(flags: NDArray[np.bool_], rate: float) -> NDArray[np.bool_]:
+    """Flags without short breaks and without short stands."""
+    out = flags.copy()
+    for start, stop in runs(~out):
+        if 0 < start and stop < len(out) and stop - start < BREAK * rate:
+            out[start:stop] = True
+    for start, stop in runs(out):
+        if stop - start < STAND * rate:
+            out[start:stop] = False
+    return out
+
+
+def held_feet(problem: Problem, poses: Poses, feet: Feet, up: Array, rate: float) -> Poses:
+    """The motion with each sole held at one place of the floor while it stands.
+
+    The whole leg gives way, as the markers allow; before and after a stand the sole comes from and goes back to its
+    free path over EASE seconds.
+    """
+    extra: Sums | None = None
+    bones = problem.bones
+    touched = np.zeros(poses.frames, dtype=bool)
+    for sole in feet.soles:
+        free = point_track(bones, poses, sole.segment, sole.place)
+        goal = _goal(free, sole.stands, feet.floor, up, EASE * rate)
+        touched |= np.isfinite(goal[0])
+        more = _held_sums(bones, sole, goal, problem.sums.origin)
+        extra = more if extra is None else extra.plus(more)
+    if extra is None:
+        return poses
+    here = np.flatnonzero(touched)
+    held = replace(problem, sums=problem.sums.plus(extra)).at(here)
+    found = solve(held, poses.at(here))
+    turn, root = poses.turn.copy(), poses.root.copy()
+    turn[..., here], root[:, here] = found.turn, found.root
+    return Poses(turn, root)
+
+
+def _goal(
+    free: Array, stands: Iterable[tuple[int, int]], floor: float, up: Array, ease: float
+) -> Array:
+    """(3, F): where a sole shall be; NaN where it is free."""
+    frames = free.shape[1]
+    away, weight = np.zeros_like(free), np.zeros(frames)
+    at = np.arange(frames)
+    for start, stop in stands:
+        middle = free[:, start:stop].mean(axis=1)
+        middle += (floor - up @ middle) * up
+        own = middle[:, None] - free
+        # Outside the stand the correction of its edge fades.
+        own[:, :start], own[:, stop:] = own[:, start, None], own[:, stop - 1, None]
+        out = np.maximum(np.maximum(start - at, at - (stop - 1)), 0) / max(ease, 1.0)
+        share = np.where(out < 1.0, 0.5 + 0.5 * np.cos(np.pi * np.minimum(out, 1.0)), 0.0)
+        away += share * own
+        weight += share
+    # Two stands near each other share the frames between them.
+    goal = free + away / np.maximum(weight, 1.0)
+    return np.where(weight > 0, goal, np.nan)
+
+
+def _held_sums(bones: Bones, sole: Sole, goal: Array, origin: Array) -> Sums:
+    nothing = np.empty((0, 3)), np.empty(0), np.empty((goal.shape[1], 0, 3))
+    places = [nothing[0]] * len(bones.parents)
+    weights, points = [nothing[1]] * len(bones.parents), [nothing[2]] * len(bones.parents)
+    usual = float(np.concatenate(bones.weights).mean())
+    places[sole.segment], weights[sole.segment] = sole.place[None], np.array([HOLD * usual])
+    points[sole.segment] = goal.T[:, None]
+    only = Bones(bones.parents, bones.offsets, tuple(places), tuple(weights))
+    return marker_sums(only, points, origin.T)
