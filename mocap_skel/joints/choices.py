@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from mocap_skel.figure.skeleton import Skeleton
+from mocap_skel.joints.calibration import Calibration
 from mocap_skel.joints.centre import BEST
 from mocap_skel.segments.noise import NOISES
 from mocap_skel.spherefit import METHODS, NOISELESS
@@ -13,10 +17,31 @@ PRIORS = ("skeleton", "none")
 POSES = ("least-squares", "triad")
 # Only these take away any but the same noise in all directions and of all markers.
 SHAPED = (BEST, "ugdk", "mgdk", "sgdk")
-
-
 # These look at the samples one by one; of other clips there are none.
 BY_SAMPLES = ("igdk", "lls", "mle")
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What is fitted and how: the same for every segment.
+
+    Attributes:
+        skeleton: the figure.
+        method: the sphere fit.
+        triad: whether poses are from three points, not by least squares from all.
+        search: whether samples off a joint's sphere are looked for.
+        anatomy: whether the skeleton's priors are used.
+        size: the subject's, 1 for a person of 1.75 m.
+        calibration: what other clips know of the joints.
+    """
+
+    skeleton: Skeleton
+    method: str
+    triad: bool
+    search: bool
+    anatomy: bool
+    size: float
+    calibration: Calibration | None
 
 
 def check_method(method: str, noise: str, sigma: object, *, calibrated: bool = False) -> None:

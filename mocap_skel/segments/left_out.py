@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
 from mocap_skel.segments.pose import Array
+from mocap_skel.segments.prepare import Prepared
 from mocap_skel.segments.shape import median
 from mocap_skel.segments.trouble import GAUSS, SKIN, SMALL, SPREADS, Mask
 from mocap_skel.text import counted
@@ -53,25 +54,18 @@ class LeftOut:
         return what + (f": swapped with {self.partner}?" if self.partner else "")
 
 
-def left_out(
-    clip: Clip,
-    columns: Mapping[str, Mapping[str, int]],
-    points: Mapping[str, Array],
-    masks: Mapping[str, Mask],
-    joints: Mapping[str, Array],
-) -> tuple[LeftOut, ...]:
+def left_out(clip: Clip, prepared: Prepared, joints: Mapping[str, Array]) -> tuple[LeftOut, ...]:
     """The markers with trouble, those with the most samples first.
 
     Args:
         clip: the recording.
-        columns: segment → marker → its column in the clip.
-        points: segment → markers (frames, M, 3) without the samples that are left out.
-        masks: segment → those samples, (frames, M); segments without any need none.
-        joints: segment → track (frames, 3) of its joint towards the parent.
+        prepared: its markers, and which of their samples were left out.
+        joints: segment → track (frames, 3) of its joint towards the parent, metres.
     """
+    columns, points = prepared.columns, prepared.points
     each = {
         (segment, m): mask[:, m]
-        for segment, mask in masks.items()
+        for segment, mask in prepared.masks.items()
         for m in np.flatnonzero(mask.any(axis=0)).tolist()
     }
     names = {segment: list(of) for segment, of in columns.items()}

@@ -94,10 +94,8 @@ class TestOutliers:
         # One of two markers that are both suspected may be well.
         assert (mask & ~wrong).sum() < 0.1 * wrong.sum()
 
-    def test_without_the_search_they_would(self, monkeypatch):
-        monkeypatch.setattr("mocap_skel.fit.out_of_shape", lambda x: (out_of_shape(x)[0], None))
-        monkeypatch.setattr("mocap_skel.fit.off_sphere", lambda *_: None)
-        fit = fit_recording(clip(0, outliers=0.01))
+    def test_without_the_search_they_would(self):
+        fit = fit_recording(clip(0, outliers=0.01), search=False)
         assert max(shifts(fit, clean_fit(0, "cmu")).values()) > 0.02
 
     def test_with_gaps_and_skin(self):
