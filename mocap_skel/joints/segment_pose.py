@@ -50,9 +50,9 @@ class Placed:
     @property
     def template(self) -> dict[str, Array]:
         """Marker → its place (3,) in the segment, metres, of those that have one."""
-        placed = np.isfinite(self.posed.template).all(axis=1).tolist()
-        places = zip(self.markers, self.posed.template, placed, strict=False)
-        return {marker: place for marker, place, known in places if known}
+        known = np.asarray(np.isfinite(self.posed.template).all(axis=1))
+        places = zip(self.markers, self.posed.template, known, strict=False)
+        return {marker: place for marker, place, there in places if there}
 
     @property
     def drawn_through(self) -> tuple[str, ...]:
