@@ -17,26 +17,12 @@ from mocap_skel.joints.calibration import (
     pooled_evidence,
     share_of,
 )
-from mocap_skel.joints.centre import (
-    BEST,
-    LEAST_SAMPLES,
-    PRIOR,
-    CentreFit,
-    Frame,
-    JointFit,
-    fit_centre,
-    from_anatomy,
-    unfitted,
-)
-from mocap_skel.joints.choices import POSES, PRIORS, SHAPED, check_method
-from mocap_skel.joints.priors import (
-    Expected,
-    Surroundings,
-    expected_joint,
-    hinge_shift,
-    inward,
-    subject_size,
-)
+from mocap_skel.joints.centre import PriorKnowledge, fit_centre
+from mocap_skel.joints.choices import BEST, POSES, PRIORS, SHAPED, Estimation, check_method
+from mocap_skel.joints.hinge import hinge_shift, inward
+from mocap_skel.joints.joint_fit import PRIOR, CentreFit, JointFit, from_anatomy, unfitted
+from mocap_skel.joints.priors import Expected, Surroundings, expected_joint, subject_size
+from mocap_skel.joints.samples import LEAST_SAMPLES, Frame, JointSamples
 from mocap_skel.joints.two_sided import SharedPoint, shared_point
 from mocap_skel.labels.association import Assignment
 from mocap_skel.segments.cases import beside, filled, filled_by_hinge, middle, turned_with
@@ -389,19 +375,14 @@ class _Walk:
             more = len(pooled.markers) - inside.shape[1]
             inside = np.concatenate([inside, np.full((len(inside), more, 3), np.nan)], axis=1)
         own = self.shapes.get(segment.name)
-        return fit_centre(
-            inside,
-            self.sigma,
-            max(own[0].sigma if own else 0.0, self.sigma),
-            self.frames[segment.parent],
-            self.method,
-            self.noise.in_frame(self.segments[segment.parent].pose),
-            each=self.noise.each,
-            expected=expected,
-            looseness=segment.looseness,
-            shared=self._shared(segment) if expected is not None else None,
-            pooled=None if pooled is None else pooled.evidence,
-        )
+        samples = JointSamples(
+            inside, self.sigma, max(own[0].sigma if own else 0.0, self.sigma),
+            self.frames[segment.parent], self.noise.in_frame(self.segments[segment.parent].pose),
+            self._shared(segment) if expected is not None else None,
+        )  # fmt: skip
+        others = None if pooled is None else pooled.evidence
+        known = PriorKnowledge(expected, segment.looseness, others)
+        return fit_centre(samples, Estimation(self.method, self.noise.each), known)
 
     def _shared(self, segment: Segment) -> SharedPoint | None:
         """The point of a segment's own shape that stays in its parent.

@@ -13,6 +13,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
+from centres import centre_of
 from commands import ROM, STILL, files, run, without
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -31,8 +32,7 @@ from mocap_skel.artificial import (
     record,
 )
 from mocap_skel.errors import FitError
-from mocap_skel.joints.centre import BEST, Frame, fit_centre
-from mocap_skel.joints.choices import NOISES, SHAPED, check_method
+from mocap_skel.joints.choices import BEST, NOISES, SHAPED, check_method
 from mocap_skel.segments.noise import ClipNoise, clip_noise, rigid_noise_matrix
 from mocap_skel.segments.pose import Pose
 from mocap_skel.segments.shape import find_shape
@@ -373,7 +373,7 @@ class TestMethods:
         inside = np.stack([0.2 * ball, 0.3 * ball], axis=1) + [0.3, 0.0, 0.1]
         inside += 0.001 * rng.normal(size=inside.shape)
         # A frame on one marker has no lever: all that is left is one level for all.
-        found = fit_centre(inside, 0.001, 0.001, Frame(None), "igdk")
+        found = centre_of(inside, 0.001, method="igdk")
         same = mgdk(sphere_moments(inside.swapaxes(0, 1)), found.sigma)
         assert 0 < found.sigma <= 0.001
         np.testing.assert_allclose(found.centre, same.centre, rtol=0, atol=ROUNDING)

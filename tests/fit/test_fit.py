@@ -34,7 +34,7 @@ from mocap_skel.artificial import (
     write_c3d,
 )
 from mocap_skel.errors import FitError
-from mocap_skel.joints.centre import SAFE_ERROR
+from mocap_skel.joints.verdicts import SAFE_ERROR
 
 EPS = np.finfo(float).eps
 ROUNDING = EPS * 10 * 400 * 6
