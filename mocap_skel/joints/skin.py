@@ -26,7 +26,7 @@ ALONG = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """What skin does to a centre that was fitted to a motion, and more samples do not mend.
+    """What skin does to a centre that was fitted to a motion, which more samples do not mend.
 
     Attributes:
         covariance: (3, 3), m².
@@ -51,6 +51,19 @@ def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
     Args:
         sphere: the fit, with the smooth share of its radial residuals.
         looseness: of the joint, 1 for a ball, 2 or 3 where the bones themselves roll and glide.
+
+    A marker 0.4 m below a joint that turns freely, on skin that swells by 5 mm and back:
+
+    >>> from mocap_skel.joints.choices import Estimation
+    >>> from mocap_skel.joints.samples import Frame, JointSamples, gather
+    >>> from mocap_skel.joints.sphere import fit_markers
+    >>> cone = [0.0, 0.0, -2.0] + np.random.default_rng(0).normal(size=(500, 1, 3))
+    >>> cone = cone / np.linalg.norm(cone, axis=-1, keepdims=True)
+    >>> swelling = 0.005 * np.sin(np.linspace(0.0, 20.0, 500))[:, None, None]
+    >>> samples = JointSamples([1.0, 0.0, 0.0] + (0.4 + swelling) * cone, 0.001, 0.001, Frame(None))
+    >>> skin = skin_error(fit_markers(gather(samples, None), Estimation()))
+    >>> bool(0.003 < np.sqrt(skin.covariance[0, 0]) < 0.03)
+    True
     """
     seen = _Directions(sphere)
     hidden = _hidden_slide(seen)

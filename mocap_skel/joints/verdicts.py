@@ -53,7 +53,7 @@ def by_movement(rank: int, weakest: float, residual: float, over_noise: float) -
         return Verdict(
             "no", f"moves only {1e3 * weakest:.1f} mm in one direction: skin alone does that"
         )
-    # Spread and noise add up in the variance: twice the noise's is as much movement as noise.
+    # Variances add up: a spread of √2 times the noise is as much movement as noise.
     if weakest <= residual or over_noise <= np.sqrt(2.0):
         return Verdict("no", "moves less than its noise in one direction")
     if weakest <= SAFE_RATIO * residual or over_noise <= SAFE_RATIO:
