@@ -14,20 +14,15 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
 from mocap_skel.figure.skeleton import Segment, Skeleton
 from mocap_skel.joints.calibration import Calibration, credited, digest_of
-from mocap_skel.joints.centre import (
-    BEST,
-    LEAST_SAMPLES,
-    CentreFit,
-    JointFit,
-    fit_centre,
-    from_anatomy,
-    unfitted,
-)
-from mocap_skel.joints.choices import POSES, PRIORS, Task, check_method
+from mocap_skel.joints.centre import PriorKnowledge, fit_centre
+from mocap_skel.joints.choices import BEST, POSES, PRIORS, Estimation, check_method
+from mocap_skel.joints.joint_fit import CentreFit, JointFit, from_anatomy, unfitted
+from mocap_skel.joints.knowledge import JointKnowledge, expected_in, joint_knowledge
 from mocap_skel.joints.notes import fit_notes
-from mocap_skel.joints.prior_knowledge import PriorKnowledge, expected_in, prior_knowledge
 from mocap_skel.joints.priors import subject_size
+from mocap_skel.joints.samples import LEAST_SAMPLES, JointSamples
 from mocap_skel.joints.segment_pose import Placed, placed_child, placed_root
+from mocap_skel.joints.task import Task
 from mocap_skel.labels.association import Assignment
 from mocap_skel.segments.left_out import left_out, notes
 from mocap_skel.segments.pose import Array
@@ -87,7 +82,15 @@ def fit_skeleton(
     size = subject_size(skeleton, prepared.distance) if anatomy else 1.0
     if calibration is not None:
         calibration = calibration.without(digest_of(clip, assignment.subject))
-    task = Task(skeleton, method, pose == "triad", search, anatomy, size, calibration)
+    task = Task(
+        skeleton,
+        Estimation(method, prepared.noise.each),
+        pose == "triad",
+        search,
+        anatomy,
+        size,
+        calibration,
+    )
     walked = _walk(clip.name, prepared, task)
     tracks = {joint.child: joint.track for joint in walked.joints if joint.fitted}
     trouble = left_out(clip, walked.prepared, tracks)
@@ -190,7 +193,7 @@ def _joint(segment: Segment, parent: Placed | None, prepared: Prepared, task: Ta
     if parent is None:
         return _Joined(_unfitted(segment, prepared, f"{segment.parent} has no pose"), prepared)
     inside = parent.pose.to_segment(prepared.of(segment.name))
-    known, said = prior_knowledge(segment, parent, inside, prepared, task)
+    known, said = joint_knowledge(segment, parent, inside, prepared, task)
     if not prepared.markers(segment.name) and known.pooled is None:
         found: CentreFit | str = f"no marker on {segment.name}"
     else:
@@ -212,7 +215,7 @@ def _by_movement(
     inside: Array,
     segment: Segment,
     parent: Placed,
-    known: PriorKnowledge,
+    known: JointKnowledge,
     prepared: Prepared,
     task: Task,
 ) -> tuple[CentreFit | str, Prepared]:
@@ -232,7 +235,7 @@ def _centre(
     inside: Array,
     segment: Segment,
     parent: Placed,
-    known: PriorKnowledge,
+    known: JointKnowledge,
     prepared: Prepared,
     task: Task,
 ) -> CentreFit | str:
@@ -242,22 +245,21 @@ def _centre(
         more = len(pooled.markers) - inside.shape[1]
         inside = np.concatenate([inside, np.full((len(inside), more, 3), np.nan)], axis=1)
     own = prepared.shapes[segment.name][0].sigma if segment.name in prepared.shapes else 0.0
+    samples = JointSamples(
+        inside,
+        noise.sigma,
+        max(own, noise.sigma),
+        parent.frame,
+        noise.in_frame(parent.pose),
+        known.shared,
+    )
+    before = PriorKnowledge(
+        known.expected, segment.looseness, None if pooled is None else pooled.evidence
+    )
     try:
-        found = fit_centre(
-            inside,
-            noise.sigma,
-            max(own, noise.sigma),
-            parent.frame,
-            task.method,
-            noise.in_frame(parent.pose),
-            each=noise.each,
-            expected=known.expected,
-            looseness=segment.looseness,
-            shared=known.shared,
-            pooled=None if pooled is None else pooled.evidence,
-        )
+        found = fit_centre(samples, task.estimation, before)
     except DegenerateSphereError as error:
-        return f"{task.method.upper()}: {error.message}"
+        return f"{task.estimation.method.upper()}: {error.message}"
     few = f"{segment.name} and {segment.parent} are seen together in fewer than {LEAST_SAMPLES} frames"
     return few if found is None else found
 

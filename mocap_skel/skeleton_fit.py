@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.figure.skeleton import Skeleton
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.segments.left_out import LeftOut
 from mocap_skel.segments.pose import Array, Pose
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import MocapSkelError
-from mocap_skel.joints.centre import CentreFit, JointFit
 from mocap_skel.joints.evidence import Evidence, information, merged, moved, placed
+from mocap_skel.joints.joint_fit import CentreFit, JointFit
 from mocap_skel.segments.pose import Array, least_squares_pose
 from mocap_skel.segments.shape import Shape, median
 from mocap_skel.text import listed

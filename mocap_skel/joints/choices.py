@@ -6,42 +6,34 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_skel.figure.skeleton import Skeleton
-from mocap_skel.joints.calibration import Calibration
-from mocap_skel.joints.centre import BEST
 from mocap_skel.segments.noise import NOISES
 from mocap_skel.spherefit import METHODS, NOISELESS
 
+# The method that suits a joint: UGDK, MGDK or SGDK, and no sphere that the data do not show.
+BEST = "best"
 # Where what the motion does not show comes from.
 PRIORS = ("skeleton", "none")
 POSES = ("least-squares", "triad")
 # Only these take away any but the same noise in all directions and of all markers.
 SHAPED = (BEST, "ugdk", "mgdk", "sgdk")
+
+
 # These look at the samples one by one; of other clips there are none.
 BY_SAMPLES = ("igdk", "lls", "mle")
 
 
-@dataclass(frozen=True, eq=False)
-class Task:
-    """What is fitted and how: the same for every segment.
+@dataclass(frozen=True)
+class Estimation:
+    """How the centre of a joint is estimated.
 
     Attributes:
-        skeleton: the figure.
-        method: the sphere fit.
-        triad: whether poses are from three points, not by least squares from all.
-        search: whether samples off a joint's sphere are looked for.
-        anatomy: whether the skeleton's priors are used.
-        size: the subject's, 1 for a person of 1.75 m.
-        calibration: what other clips know of the joints.
+        method: one of `spherefit.METHODS`, or `BEST`.
+        each: whether each marker's noise comes from its own radial residuals, and its samples are weighed
+            by it; otherwise all markers have the clip's noise and count alike.
     """
 
-    skeleton: Skeleton
-    method: str
-    triad: bool
-    search: bool
-    anatomy: bool
-    size: float
-    calibration: Calibration | None
+    method: str = BEST
+    each: bool = False
 
 
 def check_method(method: str, noise: str, sigma: object, *, calibrated: bool = False) -> None:

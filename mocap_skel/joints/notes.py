@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from mocap_skel.joints.calibration import calibration_note
-from mocap_skel.joints.centre import PRIOR, JointFit
-from mocap_skel.joints.choices import SHAPED, Task
+from mocap_skel.joints.choices import SHAPED
+from mocap_skel.joints.joint_fit import PRIOR, JointFit
+from mocap_skel.joints.task import Task
 from mocap_skel.segments.prepare import Prepared
 from mocap_skel.text import listed
 
@@ -46,8 +47,8 @@ def fit_notes(
         )
     if prepared.noise.note:
         yield prepared.noise.note
-    if task.method not in SHAPED:
+    if task.estimation.method not in SHAPED:
         yield (
-            f"{task.method.upper()} leaves in the noise of the segments' frames: elbows and knees may be off "
+            f"{task.estimation.method.upper()} leaves in the noise of the segments' frames: elbows and knees may be off "
             "by more than their standard errors"
         )

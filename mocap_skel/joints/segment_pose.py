@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_skel.figure.skeleton import Segment
-from mocap_skel.joints.centre import Frame, JointFit
-from mocap_skel.joints.choices import Task
-from mocap_skel.joints.priors import hinge_shift, inward
+from mocap_skel.joints.hinge import hinge_shift, inward
+from mocap_skel.joints.joint_fit import JointFit
+from mocap_skel.joints.samples import Frame
+from mocap_skel.joints.task import Task
 from mocap_skel.segments.cases import (
     Link,
     Posed,

@@ -13,7 +13,7 @@ from mocap_skel.export import Options
 from mocap_skel.figure.skeleton import shipped_with_root
 from mocap_skel.fit import fit_skeleton
 from mocap_skel.joints.calibration import Calibration
-from mocap_skel.joints.centre import BEST
+from mocap_skel.joints.choices import BEST
 from mocap_skel.labels.association import Assignment, Association, associate
 from mocap_skel.readers import read_clip
 from mocap_skel.skeleton_fit import SkeletonFit

@@ -20,7 +20,7 @@ from string import Template
 import numpy as np
 
 from mocap_skel.clip import Clip
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.labels.association import Assignment
 from mocap_skel.report.coverage import COLOURS, coverage_map
 from mocap_skel.report.ellipsoid import ERRORS

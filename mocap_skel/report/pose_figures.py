@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mocap_skel.clip import AXES
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.report.ellipsoid import ERRORS, ellipsoid
 from mocap_skel.report.figures import figure, plain
 from mocap_skel.report.view import View, view_of

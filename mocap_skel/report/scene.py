@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.clip import AXES, Clip
-from mocap_skel.joints.centre import VERDICTS, JointFit
+from mocap_skel.joints.joint_fit import JointFit
+from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
 from mocap_skel.report.ellipsoid import ellipsoid
 from mocap_skel.rig.gaps import runs

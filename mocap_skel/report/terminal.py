@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mocap_skel.clip import Clip
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.skeleton_fit import SkeletonFit
 
 if TYPE_CHECKING:

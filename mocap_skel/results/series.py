@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_skel.clip import Clip
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.labels.association import Assignment
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.results.series import bones, by_sides
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit

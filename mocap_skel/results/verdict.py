@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.results.series import by_sides, sideless
 from mocap_skel.results.tables import joint_rows
 from mocap_skel.skeleton_fit import SkeletonFit

@@ -344,7 +344,7 @@ def test_the_choices_of_the_options_are_those_of_the_library():
     from mocap_skel.cli.fit import FORMATS, command
     from mocap_skel.export import WRITERS
     from mocap_skel.fit import POSES
-    from mocap_skel.joints.centre import BEST
+    from mocap_skel.joints.choices import BEST
     from mocap_skel.segments.noise import NOISES
     from mocap_skel.spherefit import METHODS
 

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 from arms import HINGE, TWO_ARMS, TWO_ARMS_MARKERS, association, two_arms_moving
+from centres import centre_of
 from commands import STILL
 from fitted import ROUNDING, full_range, full_range_fit, joints, lengths
 from recordings import constant_error, fit_clip, fit_recording
@@ -14,8 +15,7 @@ from recordings import constant_error, fit_clip, fit_recording
 from mocap_skel import read_clip
 from mocap_skel.artificial import Faults
 from mocap_skel.errors import FitError
-from mocap_skel.joints.centre import BEST, Frame, fit_centre
-from mocap_skel.joints.choices import SHAPED
+from mocap_skel.joints.choices import BEST, SHAPED
 from mocap_skel.segments.noise import NOISES
 from mocap_skel.spherefit import METHODS, mgdk, mle, sphere_moments
 from mocap_skel.spherefit import methods as methods_module
@@ -92,7 +92,7 @@ class TestMethods:
         inside = np.stack([0.2 * ball, 0.3 * ball], axis=1) + [0.3, 0.0, 0.1]
         inside += 0.001 * rng.normal(size=inside.shape)
         # A frame on one marker has no lever: all that is left is one level for all.
-        found = fit_centre(inside, 0.001, 0.001, Frame(None), "igdk")
+        found = centre_of(inside, 0.001, method="igdk")
         same = mgdk(sphere_moments(inside.swapaxes(0, 1)), found.sigma)
         assert 0 < found.sigma <= 0.001
         np.testing.assert_allclose(found.centre, same.centre, rtol=0, atol=ROUNDING)

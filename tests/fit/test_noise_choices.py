@@ -10,8 +10,7 @@ from recordings import fit_recording
 from scipy.spatial.transform import Rotation
 
 from mocap_skel.artificial import circumduct, marker_set, record
-from mocap_skel.joints.centre import BEST
-from mocap_skel.joints.choices import SHAPED, check_method
+from mocap_skel.joints.choices import BEST, SHAPED, check_method
 from mocap_skel.spherefit import METHODS, NOISELESS
 
 PLAIN = tuple(method for method in METHODS if method not in SHAPED)

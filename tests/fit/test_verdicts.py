@@ -19,7 +19,7 @@ from mocap_skel.artificial import (
     swing_twist,
     walk,
 )
-from mocap_skel.joints.centre import SAFE_ERROR
+from mocap_skel.joints.verdicts import SAFE_ERROR
 
 
 def knee_as_hinge(seed):

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from centres import centre_of
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -136,7 +137,7 @@ class TestEvidence:
 
     def test_halves_of_one_clip_give_the_centre_of_the_whole(self):
         """The same frames, cut in two: only the noise's own 1/N differs."""
-        from mocap_skel.joints.centre import Frame, fit_centre
+        from mocap_skel.joints.samples import Frame
         from mocap_skel.segments.shape import find_shape
 
         recording = half("Left")
@@ -147,9 +148,9 @@ class TestEvidence:
         hips = [recording.labels.index(m) for m in clip_fit.segments["Hips"].template]
         frame = Frame(find_shape(recording.points[:, hips])[0])
         for sigma, allowed in ((0.0, 1e-9), (0.001, 2e-6)):
-            whole = fit_centre(inside, sigma, 0.001, frame)
-            first = fit_centre(inside[:250], sigma, 0.001, frame)
-            pooled = fit_centre(inside[250:], sigma, 0.001, frame, pooled=first.evidence)
+            whole = centre_of(inside, sigma, frame, own=0.001)
+            first = centre_of(inside[:250], sigma, frame, own=0.001)
+            pooled = centre_of(inside[250:], sigma, frame, own=0.001, pooled=first.evidence)
             # Lever and noise are averages over N or N - 1: of a shift of millimetres, one part in 250.
             np.testing.assert_allclose(pooled.centre, whole.centre, atol=allowed)
             assert pooled.samples == whole.samples

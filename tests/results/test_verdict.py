@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mocap_skel.figure.skeleton import Segment, Skeleton
-from mocap_skel.joints.centre import JointFit, unfitted
+from mocap_skel.joints.joint_fit import JointFit, unfitted
 from mocap_skel.results.verdict import error_95, verdict
 from mocap_skel.segments.pose import Pose
 from mocap_skel.skeleton_fit import SegmentFit, SkeletonFit

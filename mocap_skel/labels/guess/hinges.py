@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_skel.joints.centre import BEST, Frame, fit_centre
+from mocap_skel.joints.centre import fit_centre
+from mocap_skel.joints.samples import Frame, JointSamples
 from mocap_skel.segments.pose import Array, Pose
 from mocap_skel.segments.shape import Shape, find_shape, median
 from mocap_skel.spherefit import DegenerateSphereError
@@ -109,9 +110,8 @@ def _joint(
         track = parent.pose.to_lab(centre)
     else:
         try:
-            fit = fit_centre(
-                parent.pose.to_segment(points), sigma, sigma, Frame(parent.shape), BEST
-            )
+            inside = parent.pose.to_segment(points)
+            fit = fit_centre(JointSamples(inside, sigma, sigma, Frame(parent.shape)))
         except DegenerateSphereError:
             return None
         if fit is None:

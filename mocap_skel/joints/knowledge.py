@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 from mocap_skel.figure.skeleton import Segment
 from mocap_skel.joints.calibration import Pooled, Template, pooled_evidence, template_of
-from mocap_skel.joints.centre import LEAST_SAMPLES
-from mocap_skel.joints.choices import Task
 from mocap_skel.joints.priors import Expected, Surroundings, expected_joint
+from mocap_skel.joints.samples import LEAST_SAMPLES
 from mocap_skel.joints.segment_pose import Placed
+from mocap_skel.joints.task import Task
 from mocap_skel.joints.two_sided import SharedPoint, shared_point
 from mocap_skel.segments.pose import Array
 from mocap_skel.segments.prepare import Prepared
@@ -17,7 +17,7 @@ from mocap_skel.spherefit import Moments, sphere_moments
 
 
 @dataclass(frozen=True, eq=False)
-class PriorKnowledge:
+class JointKnowledge:
     """What a fit may add to the movement of a joint's markers. All in the parent's frame.
 
     Attributes:
@@ -31,9 +31,9 @@ class PriorKnowledge:
     pooled: Pooled | None
 
 
-def prior_knowledge(
+def joint_knowledge(
     segment: Segment, parent: Placed, inside: Array, prepared: Prepared, task: Task
-) -> tuple[PriorKnowledge, tuple[str, ...]]:
+) -> tuple[JointKnowledge, tuple[str, ...]]:
     """What is known of the joint between a segment and its parent, and notes on what cannot be used.
 
     Args:
@@ -46,13 +46,13 @@ def prior_knowledge(
     expected = expected_in(segment, parent, inside, prepared, task)
     shared = _shared(segment, parent, prepared) if expected is not None else None
     pooled, notes = _pooled(segment, parent, prepared, task)
-    return PriorKnowledge(expected, shared, pooled), notes
+    return JointKnowledge(expected, shared, pooled), notes
 
 
 def expected_in(
     segment: Segment, parent: Placed, inside: Array, prepared: Prepared, task: Task
 ) -> Expected | None:
-    """Where anatomy has a segment's joint, in its parent's frame; arguments as of `prior_knowledge`."""
+    """Where anatomy has a segment's joint, in its parent's frame; arguments as of `joint_knowledge`."""
     if not task.anatomy or not segment.priors:
         return None
     columns = prepared.markers(segment.name)
