@@ -154,6 +154,31 @@ def test_architecture_names_every_module_of_the_package():
             assert re.search(rf"\b{re.escape(name)}|\b{path.stem}\b", text), name
 
 
+def places_to_change():
+    """(row, file, name in it, or "" for the file as a whole) of the table in docs/architecture.md."""
+    page = (ROOT / "docs" / "architecture.md").read_text()
+    table = page[page.index("## Where to change what") : page.index("## Floors")]
+    for what, where in re.findall(r"^\| ([^*|]+) \| ([^|]+) \|$", table, re.M):
+        path = ""
+        for word in re.findall(r"`([^`]+)`", where):
+            if "/" in word or "." in word:
+                path = word
+                yield what, path, ""
+            elif word.isidentifier():
+                yield what, path, word
+
+
+def test_the_table_of_places_to_change_is_true():
+    """Its files are there, and the names are in them."""
+    found = list(places_to_change())
+    for what, path, name in found:
+        file = ROOT / (path if path.startswith("web/") else f"mocap_skel/{path}")
+        assert file.exists(), (what, path)
+        if name:
+            assert re.search(rf"\b{name}\b", file.read_text()), (what, path, name)
+    assert len({what for what, _, _ in found}) >= 25
+
+
 def test_links_lead_somewhere():
     for page in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
         prose = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(), flags=re.S)
