@@ -6,7 +6,7 @@ import struct
 
 import numpy as np
 
-from mocap_skel.readers.raw import RawClip
+from mocap_skel.readers.c3d.contents import Contents
 
 BLOCK = 512
 MACHINES = {"INTEL": 84, "DEC": 85, "MIPS": 86}
@@ -130,7 +130,7 @@ def notes(clip):
     return "\n".join(clip.notes)
 
 
-def same(a: RawClip, b: RawClip):
+def same(a: Contents, b: Contents):
     np.testing.assert_array_equal(a.invalid, b.invalid)
     np.testing.assert_allclose(a.points, b.points, rtol=2**-23, atol=0)
     assert (a.rate, a.first_frame, a.length) == (b.rate, b.first_frame, b.length)

@@ -10,8 +10,9 @@ from c3d_bytes import BLOCK, c3d_file, notes, parameter, same
 from recordings import ASSOCIATIONS, CLIPS
 
 from mocap_skel.errors import ClipError
-from mocap_skel.readers import read_clip, section, with_c3d, with_ezc3d
-from mocap_skel.readers.survey import survey
+from mocap_skel.readers import read_clip
+from mocap_skel.readers.c3d import section, with_c3d, with_ezc3d
+from mocap_skel.readers.c3d.survey import survey
 
 
 @pytest.fixture

@@ -22,7 +22,8 @@ from recordings import CLIPS
 from mocap_skel import artificial as art
 from mocap_skel import readers
 from mocap_skel.errors import CallError, ClipError
-from mocap_skel.readers import frames, read_clip, units, with_c3d, with_ezc3d
+from mocap_skel.readers import read_clip, units
+from mocap_skel.readers.c3d import frames, with_c3d, with_ezc3d
 
 
 @pytest.fixture
