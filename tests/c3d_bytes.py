@@ -7,7 +7,7 @@ import struct
 import numpy as np
 
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.c3d.contents import Contents
+from mocap_skel.readers.formats.c3d.contents import Contents
 
 BLOCK = 512
 MACHINES = {"INTEL": 84, "DEC": 85, "MIPS": 86}

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import ClipError
-from mocap_skel.readers.formats import read_raw
 from mocap_skel.readers.markers import names_and_subjects
 from mocap_skel.readers.raw import FARTHEST
+from mocap_skel.readers.registry import read_raw
 from mocap_skel.readers.units import metres_in
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from pathlib import Path
 from mocap_skel.clip import Clip
 from mocap_skel.errors import ClipError, ours
 from mocap_skel.readers.clean import clean
-from mocap_skel.readers.formats import read_raw
+from mocap_skel.readers.registry import read_raw
 
 __all__ = ["read_clip"]
 

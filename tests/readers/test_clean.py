@@ -9,7 +9,7 @@ from c3d_bytes import c3d_file, cloud, notes, same
 from mocap_skel import artificial as art
 from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers import read_clip, units
-from mocap_skel.readers.c3d import with_c3d, with_ezc3d
+from mocap_skel.readers.formats.c3d import with_c3d, with_ezc3d
 
 # --- Plain files --------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from c3d_bytes import (
 
 from mocap_skel.errors import ClipError
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.c3d.survey import survey
+from mocap_skel.readers.formats.c3d.survey import survey
 
 
 def test_coordinates_that_are_nowhere(path):

@@ -23,8 +23,8 @@ from recordings import ASSOCIATIONS, CLIPS
 
 from mocap_skel.errors import ClipError
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.c3d import section, with_c3d, with_ezc3d
-from mocap_skel.readers.c3d.survey import survey
+from mocap_skel.readers.formats.c3d import section, with_c3d, with_ezc3d
+from mocap_skel.readers.formats.c3d.survey import survey
 
 # --- Pointers -----------------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from recordings import CLIPS
 from mocap_skel import artificial as art
 from mocap_skel.errors import ClipError
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.c3d import with_c3d, with_ezc3d
+from mocap_skel.readers.formats.c3d import with_c3d, with_ezc3d
 
 
 @pytest.mark.parametrize("machine", MACHINES)

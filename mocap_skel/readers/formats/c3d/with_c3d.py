@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from mocap_skel.errors import reason
-from mocap_skel.readers.c3d.contents import Contents, Groups, decoded, number
-from mocap_skel.readers.c3d.frames import without_padding
-from mocap_skel.readers.c3d.machine import numbers
-from mocap_skel.readers.c3d.survey import survey
+from mocap_skel.readers.formats.c3d.contents import Contents, Groups, decoded, number
+from mocap_skel.readers.formats.c3d.frames import without_padding
+from mocap_skel.readers.formats.c3d.machine import numbers
+from mocap_skel.readers.formats.c3d.survey import survey
 
 # What py-c3d lets through on files that it does not expect; most of it is its own `assert`.
 _REFUSALS = (

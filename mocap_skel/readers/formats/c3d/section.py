@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from mocap_skel.errors import ClipError
-from mocap_skel.readers.c3d.contents import Groups, decoded, number
-from mocap_skel.readers.c3d.machine import MACHINES, numbers
+from mocap_skel.readers.formats.c3d.contents import Groups, decoded, number
+from mocap_skel.readers.formats.c3d.machine import MACHINES, numbers
 
 BLOCK = 512
 _KEY = 0x50

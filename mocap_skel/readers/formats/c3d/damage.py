@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.errors import ClipError
-from mocap_skel.readers.c3d.contents import Contents
-from mocap_skel.readers.c3d.layout import spread
-from mocap_skel.readers.c3d.survey import Survey
+from mocap_skel.readers.formats.c3d.contents import Contents
+from mocap_skel.readers.formats.c3d.layout import spread
+from mocap_skel.readers.formats.c3d.survey import Survey
 from mocap_skel.readers.raw import FARTHEST
 
 # Blank frames at the end that no one has to explain: so many, or such a part of all.

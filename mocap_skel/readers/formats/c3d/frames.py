@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.readers.c3d.contents import Groups, number
+from mocap_skel.readers.formats.c3d.contents import Groups, number
 
 WORD = 0xFFFF
 """The largest number of 16 bits."""

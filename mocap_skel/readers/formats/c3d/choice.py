@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from mocap_skel.errors import ClipError
-from mocap_skel.readers.c3d.contents import Contents
-from mocap_skel.readers.c3d.damage import checked
-from mocap_skel.readers.c3d.layout import relative_step
-from mocap_skel.readers.c3d.section import BLOCK
-from mocap_skel.readers.c3d.survey import Survey, survey
+from mocap_skel.readers.formats.c3d.contents import Contents
+from mocap_skel.readers.formats.c3d.damage import checked
+from mocap_skel.readers.formats.c3d.layout import relative_step
+from mocap_skel.readers.formats.c3d.section import BLOCK
+from mocap_skel.readers.formats.c3d.survey import Survey, survey
 
 
 def read_contents(path: Path, salvage: bool) -> Contents:
@@ -61,7 +61,7 @@ def _cut_off(found: Survey, salvage: bool) -> tuple[str, ...]:
 
 def _without_ezc3d(path: Path, why: str) -> Contents:
     """The second reader's clip."""
-    from mocap_skel.readers.c3d import with_c3d
+    from mocap_skel.readers.formats.c3d import with_c3d
 
     try:
         raw = with_c3d.read(path)
@@ -72,7 +72,7 @@ def _without_ezc3d(path: Path, why: str) -> Contents:
 
 def _with_ezc3d(path: Path, found: Survey) -> Contents:
     """The first reader's clip, or the second's where the first refuses, is short, or misreads."""
-    from mocap_skel.readers.c3d import with_ezc3d
+    from mocap_skel.readers.formats.c3d import with_ezc3d
 
     try:
         raw = with_ezc3d.read(path, found)
@@ -85,7 +85,7 @@ def _with_ezc3d(path: Path, found: Survey) -> Contents:
 
 def _short(raw: Contents, path: Path) -> Contents:
     """The second reader's clip where it is longer than the first's."""
-    from mocap_skel.readers.c3d import with_c3d
+    from mocap_skel.readers.formats.c3d import with_c3d
 
     try:
         whole = with_c3d.read(path)
@@ -119,7 +119,7 @@ def _agrees(raw: Contents, found: Survey) -> bool:
 
 def _smoother(raw: Contents, path: Path) -> Contents:
     """Of two readers that do not agree, the one whose points move less from frame to frame."""
-    from mocap_skel.readers.c3d import with_c3d
+    from mocap_skel.readers.formats.c3d import with_c3d
 
     try:
         other = with_c3d.read(path)

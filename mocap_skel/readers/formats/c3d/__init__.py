@@ -12,14 +12,15 @@ from pathlib import Path
 
 import numpy as np
 
-from mocap_skel.readers.c3d.choice import read_contents
-from mocap_skel.readers.c3d.contents import texts
-from mocap_skel.readers.c3d.point_lists import added_points, computed_points
-from mocap_skel.readers.c3d.section import is_c3d
-from mocap_skel.readers.formats import Format, register
+from mocap_skel.readers.formats.c3d.choice import read_contents
+from mocap_skel.readers.formats.c3d.contents import texts
+from mocap_skel.readers.formats.c3d.point_lists import added_points, computed_points
+from mocap_skel.readers.formats.c3d.section import is_c3d
 from mocap_skel.readers.raw import RawClip
+from mocap_skel.readers.registry import register
 
 
+@register("C3D", suffixes=(".c3d",), sniff=is_c3d, salvages=True)
 def read(path: Path, salvage: bool = False) -> RawClip:
     """Read a C3D file.
 
@@ -48,6 +49,3 @@ def read(path: Path, salvage: bool = False) -> RawClip:
         earlier=added_points(point),
         notes=found.notes,
     )
-
-
-register(Format("C3D", (".c3d",), is_c3d, read, salvages=True))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mocap_skel.readers.c3d.contents import texts
+from mocap_skel.readers.formats.c3d.contents import texts
 
 SKELETON_LIST, AXES_LIST = "JOINT_CENTRES", "SEGMENT_AXES"
 """Lists with the points that `export.c3d_copy` added."""

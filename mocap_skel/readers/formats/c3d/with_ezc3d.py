@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from mocap_skel.errors import ClipError, ours, refusals
-from mocap_skel.readers.c3d.contents import Contents, decoded, number
-from mocap_skel.readers.c3d.frames import without_padding
-from mocap_skel.readers.c3d.survey import Survey, survey
+from mocap_skel.readers.formats.c3d.contents import Contents, decoded, number
+from mocap_skel.readers.formats.c3d.frames import without_padding
+from mocap_skel.readers.formats.c3d.survey import Survey, survey
 
 # ezc3d throws C++ exceptions of many kinds, bad_alloc among them, through SWIG.
 _REFUSALS = refusals(
