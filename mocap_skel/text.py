@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from mocap_skel.errors import MocapSkelError
+from mocap_skel.errors import MocapSkelError, ours
 
 
 def read_text(path: Path, error: type[MocapSkelError]) -> str:
-    """A text file in UTF-8, with or without a byte-order mark; what cannot be read raises `error`."""
-    try:
+    """Read a text file in UTF-8, with or without a byte-order mark.
+
+    Raises:
+        MocapSkelError: of the type `error`: the file cannot be read, or is not UTF-8; it names the file.
+    """
+    with ours(path, error):
         return path.read_text(encoding="utf-8-sig")
-    except OSError as problem:
-        raise error(f"{path}: {problem.strerror}") from problem
-    except UnicodeDecodeError as problem:
-        raise error(
-            f"{path}: not a text file in UTF-8 (byte {problem.start})", "save it as UTF-8"
-        ) from problem
 
 
 def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | None:

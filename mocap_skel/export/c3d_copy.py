@@ -15,11 +15,11 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import ClipError, ExportError, OutputError
 from mocap_skel.export.parameters import Parameters
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.machine import encoded
-from mocap_skel.readers.markers import AXES_LIST, SKELETON_LIST
-from mocap_skel.readers.raw import number
-from mocap_skel.readers.section import BLOCK
-from mocap_skel.readers.survey import Survey, survey
+from mocap_skel.readers.formats.c3d.contents import number
+from mocap_skel.readers.formats.c3d.machine import encoded
+from mocap_skel.readers.formats.c3d.point_lists import AXES_LIST, SKELETON_LIST
+from mocap_skel.readers.formats.c3d.section import BLOCK
+from mocap_skel.readers.formats.c3d.survey import Survey, survey
 from mocap_skel.readers.units import metres_in
 from mocap_skel.results.tables import track_kinds
 from mocap_skel.segments.pose import Array

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
-from mocap_skel.errors import OutputError
+from mocap_skel.errors import OutputError, ours
 
 
 def safe_name(name: str) -> str:
@@ -24,14 +24,11 @@ def check_free(paths: list[Path], overwrite: bool) -> None:
         OutputError: a file is there already, a folder has its name, or it cannot be looked at.
     """
     for path in paths:
-        try:
-            folder, there = path.is_dir(), os.path.lexists(path)
-        except OSError as error:
-            raise OutputError(f"{path}: {error.strerror}") from error
-        if folder:
-            raise OutputError(f"{path}: is a folder")
-        if there and not overwrite:
-            raise OutputError(f"{path}: exists already", "use --overwrite or another -o")
+        with ours(path, OutputError):
+            if path.is_dir():
+                raise OutputError("is a folder")
+            if os.path.lexists(path) and not overwrite:
+                raise OutputError("exists already", "use --overwrite or another -o")
 
 
 def check_folder(folder: Path) -> None:
@@ -40,12 +37,10 @@ def check_folder(folder: Path) -> None:
     Raises:
         OutputError: it cannot be made, or nothing can be written there.
     """
-    try:
+    with ours(folder, OutputError):
         folder.mkdir(parents=True, exist_ok=True)
         with NamedTemporaryFile(dir=folder, prefix="."):
             pass
-    except OSError as error:
-        raise OutputError(f"{error.filename or folder}: {error.strerror}") from error
 
 
 def write_all(contents: Mapping[Path, str | bytes], overwrite: bool) -> None:
@@ -60,19 +55,19 @@ def write_all(contents: Mapping[Path, str | bytes], overwrite: bool) -> None:
     ready: list[tuple[Path, Path]] = []
     try:
         for path, content in contents.items():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with NamedTemporaryFile(
-                dir=path.parent, prefix=f".{path.name}.", suffix=".part", delete=False
-            ) as file:
-                ready.append((Path(file.name), path))
-                file.write(content if isinstance(content, bytes) else content.encode())
+            with ours(path, OutputError):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with NamedTemporaryFile(
+                    dir=path.parent, prefix=f".{path.name}.", suffix=".part", delete=False
+                ) as file:
+                    ready.append((Path(file.name), path))
+                    file.write(content if isinstance(content, bytes) else content.encode())
         for temporary, path in ready:
-            # A temporary file is private; a result file gets what the user's umask allows.
-            temporary.chmod(0o666 & ~_umask())
-            temporary.replace(path)
+            with ours(path, OutputError):
+                # A temporary file is private; a result file gets what the user's umask allows.
+                temporary.chmod(0o666 & ~_umask())
+                temporary.replace(path)
         done = True
-    except OSError as error:
-        raise OutputError(f"{error.filename or path}: {error.strerror}") from error
     finally:
         for temporary, _ in ready:
             temporary.unlink(missing_ok=True)

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from mocap_skel.errors import SkeletonError
+from mocap_skel.errors import SkeletonError, Told, ours
 from mocap_skel.figure.prior_tables import Prior, read_landmarks, read_priors, read_sizes
 from mocap_skel.figure.rest_keys import REST_KEYS, Vector, read_rest
 from mocap_skel.figure.toml_checks import is_a, known_keys, names, number
@@ -112,15 +112,14 @@ def read_skeleton(source: str | Path) -> Skeleton:
     >>> leg["RightFoot"].parent
     'LowerRightLeg'
     """
-    path = Path(source)
-    if not path.is_file() and (SHIPPED / f"{source}.toml").exists():
-        return _shipped(str(source))
-    if not path.exists():
-        known = list(shipped_skeletons())
-        hint = nearest(str(source), known, 0.6)
-        raise SkeletonError(
-            f"{source}: no such skeleton file", hint or f"shipped ones: {', '.join(known)}"
-        )
+    with ours(source, SkeletonError):
+        path = Path(source)
+        if not path.is_file() and (SHIPPED / f"{source}.toml").exists():
+            return _shipped(str(source))
+        if not path.exists():
+            known = list(shipped_skeletons())
+            hint = nearest(str(source), known, 0.6) or f"shipped ones: {', '.join(known)}"
+            raise SkeletonError("no such skeleton file", hint)
     return _read(path)
 
 
@@ -142,10 +141,8 @@ def _shipped(name: str) -> Skeleton:
 def _read(path: Path, readers: tuple[Path, ...] = ()) -> Skeleton:
     """Read a file; `readers` are those that it is read for, since they are `like` it."""
     text = read_text(path, SkeletonError)
-    try:
+    with ours(path, SkeletonError, {tomllib.TOMLDecodeError: _toml_problem(path, text)}):
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise SkeletonError(_toml_problem(path, text, str(error))) from error
     return _build(data, Places(path, text), (*readers, path.resolve()))
 
 
@@ -163,12 +160,17 @@ def shipped_with_root(seen: Collection[str]) -> list[str]:
     return [name for name, count in counts.items() if count == max(counts.values())]
 
 
-def _toml_problem(path: Path, text: str, problem: str) -> str:
+def _toml_problem(path: Path, text: str) -> Told:
     """What tomllib says of a text that is no TOML, with the place in front."""
-    found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", problem, re.S)
-    if found:
-        return f"{path}:{found[2]}:{found[3]}: {found[1]}"
-    return f"{path}:{text.count(chr(10)) + 1}:1: {problem.removesuffix(' (at end of document)')}"
+
+    def told(error: tomllib.TOMLDecodeError) -> tuple[str, None]:
+        found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", str(error), re.S)
+        if found:
+            return f"{path}:{found[2]}:{found[3]}: {found[1]}", None
+        what = str(error).removesuffix(" (at end of document)")
+        return f"{path}:{text.count(chr(10)) + 1}:1: {what}", None
+
+    return told
 
 
 def _build(data: dict[str, Any], places: Places, readers: tuple[Path, ...]) -> Skeleton:
@@ -193,8 +195,10 @@ def _model(name: Any, places: Places, readers: tuple[Path, ...]) -> Skeleton:
     """The skeleton that a file is `like`: a file beside it, or a shipped one by its name."""
     here = places.of(None, "like")
     beside = places.path.parent / is_a(name, str, here, "like: the name of a skeleton")
-    path = beside if beside.is_file() else SHIPPED / f"{name}.toml"
-    if not path.is_file():
+    with ours(here, SkeletonError):
+        path = beside if beside.is_file() else SHIPPED / f"{name}.toml"
+        there = path.is_file()
+    if not there:
         shipped = sorted(p.stem for p in SHIPPED.glob("*.toml"))
         raise SkeletonError(
             f"{here}: like: no such skeleton {name!r}",

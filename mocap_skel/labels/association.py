@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from glob import escape
 from pathlib import Path
 
 from mocap_skel.clip import Clip
-from mocap_skel.errors import AssociationError, CallError, ClipError, SkeletonError
+from mocap_skel.errors import AssociationError, CallError, ClipError, SkeletonError, ours
 from mocap_skel.figure.skeleton import STANDARD, Skeleton, read_skeleton
 from mocap_skel.text import counted, listed, nearest, read_text
 
@@ -116,6 +117,11 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
     Rule(label='RFHD', marker='RFHD', segment='Head', line=5)
     """
     path = find_association(source)
+    with ours(path, AssociationError):
+        return _read(path, skeleton)
+
+
+def _read(path: Path, skeleton: str | Path | None) -> Association:
     lines = read_text(path, AssociationError).splitlines()
     own: str | Path = STANDARD
     rules: list[tuple[int, list[tuple[str, int]]]] = []
@@ -131,22 +137,20 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
                 raise AssociationError(
                     f"{path}:{number}:{words[0][1]}: only '@skeleton NAME' is known, not {line.strip()!r}"
                 )
-            own, named = _beside(path, words[1][0]), number
+            with ours(f"{path}:{number}", AssociationError):
+                own, named = _beside(path, words[1][0]), number
         elif first == "ignore" and len(words) == 2:
             ignored.append(words[1][0])
         else:
             rules.append((number, words))
-    try:
+    by_the_file = named is not None and skeleton is None
+    with ours(f"{path}:{named}", SkeletonError) if by_the_file else nullcontext():
         read = read_skeleton(skeleton or own)
-    except SkeletonError as error:
-        if named is None or skeleton is not None:
-            raise
-        raise SkeletonError(f"{path}:{named}: {error.message}", error.hint) from error
     if skeleton is not None:
         part, rest = _of_the_figure(rules, read, own)
         if rules and not part:
             raise AssociationError(
-                f"{path}: none of its markers is one of the skeleton {read.name!r}",
+                f"none of its markers is one of the skeleton {read.name!r}",
                 f"its markers: {listed(read.segment_of, 12)}",
             )
         rules, ignored = part, ignored + rest
@@ -181,20 +185,21 @@ def find_association(source: str | Path) -> Path:
     """Find an association file by its path, or by the name of a shipped one.
 
     Raises:
-        AssociationError: there is no such file; the hint names the shipped ones.
+        AssociationError: there is no such file, or it cannot be looked at; the hint names the shipped ones.
 
     >>> find_association("cmu").name
     'cmu.txt'
     """
-    path = Path(source)
-    if path.is_file():
-        return path
-    shipped = SHIPPED / f"{source}.txt"
-    if path.name == str(source) and shipped.is_file():
-        return shipped
-    known = sorted(p.stem for p in SHIPPED.glob("*.txt"))
-    hint = nearest(str(source), known) or f"shipped ones: {', '.join(known)}"
-    raise AssociationError(f"{source}: no such association file", hint)
+    with ours(source, AssociationError):
+        path = Path(source)
+        if path.is_file():
+            return path
+        shipped = SHIPPED / f"{source}.txt"
+        if path.name == str(source) and shipped.is_file():
+            return shipped
+        known = sorted(p.stem for p in SHIPPED.glob("*.txt"))
+        hint = nearest(str(source), known) or f"shipped ones: {', '.join(known)}"
+        raise AssociationError("no such association file", hint)
 
 
 def _beside(path: Path, name: str) -> str | Path:

@@ -220,6 +220,7 @@ def test_a_wrong_sigma_cannot_run_away(tmp_path):
         assert np.abs(right[name] - wrong[name]).max() < 0.008, name
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_is_130(tmp_path):
     # The interpreter turns SIGINT into KeyboardInterrupt, as Ctrl-C in a terminal does.
     program = (

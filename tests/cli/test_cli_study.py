@@ -143,6 +143,7 @@ class TestResample:
         assert "1 refit of" in done.stdout and "nan" not in done.stdout
         assert re.search(r"^all +14 +- +- +- +- +", done.stdout, re.M)
 
+    @pytest.mark.usefixtures("interruptible")
     def test_interrupted_it_is_130_and_the_same_call_goes_on(self, short, tmp_path):
         call = ["study", "resample", short, "--assoc", "cmu", "--passes", 2, "--levels", 2]
         call += ["--workers", 1, "--no-figures", "-o", "out"]

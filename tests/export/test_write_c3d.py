@@ -17,10 +17,10 @@ from mocap_skel.export.parameters import Parameters
 from mocap_skel.labels.association import read_association
 from mocap_skel.pipeline.clip_files import process
 from mocap_skel.pipeline.job import Job
-from mocap_skel.readers.machine import encoded, numbers
-from mocap_skel.readers.raw import texts
-from mocap_skel.readers.section import BLOCK
-from mocap_skel.readers.survey import survey
+from mocap_skel.readers.formats.c3d.contents import texts
+from mocap_skel.readers.formats.c3d.machine import encoded, numbers
+from mocap_skel.readers.formats.c3d.section import BLOCK
+from mocap_skel.readers.formats.c3d.survey import survey
 
 NAME = "nearly_still"
 

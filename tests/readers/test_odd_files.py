@@ -6,57 +6,25 @@ import struct
 
 import numpy as np
 import pytest
-from c3d_bytes import BLOCK, c3d_file, notes, parameter, same
+from c3d_bytes import (
+    BLOCK,
+    blocks_between,
+    c3d_file,
+    change,
+    is_right,
+    notes,
+    parameter,
+    place,
+    same,
+    tracks,
+    value_of,
+)
 from recordings import ASSOCIATIONS, CLIPS
 
 from mocap_skel.errors import ClipError
-from mocap_skel.readers import read_clip, section, with_c3d, with_ezc3d
-from mocap_skel.readers.survey import survey
-
-
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "clip.c3d"
-
-
-def tracks(count=60, markers=4, seed=0):
-    """Points that move as markers do, (frames, markers, 3) in mm: some mm a frame, a metre apart."""
-    rng = np.random.default_rng(seed)
-    time = np.arange(count)[:, None, None] / 100
-    phase, middle = rng.uniform(0, 6, (markers, 3)), rng.uniform(-900, 900, (markers, 3))
-    return middle + 100 * np.sin(3 * time + phase)
-
-
-def is_right(path, points=None, tolerance=1e-3, **options):
-    """The clip, which holds the tracks."""
-    clip = read_clip(path, **options)
-    points = tracks() if points is None else points
-    np.testing.assert_allclose(clip.points * 1000, points, atol=tolerance)
-    return clip
-
-
-def change(path, at, form, *values):
-    data = bytearray(path.read_bytes())
-    struct.pack_into(form, data, at, *values)
-    path.write_bytes(data)
-
-
-def place(path, name):
-    """Where a parameter's type stands."""
-    return path.read_bytes().index(name.encode(), BLOCK) + len(name) + 2
-
-
-def value_of(path, name, form, value):
-    """Change the value of a scalar."""
-    change(path, place(path, name) + 2, form, value)
-
-
-def blocks_between(path, before, blocks):
-    """Blocks of noise before block `before` (from 1), which nothing points to."""
-    data = path.read_bytes()
-    noise = np.random.default_rng(9).bytes(BLOCK * blocks)
-    path.write_bytes(data[: BLOCK * (before - 1)] + noise + data[BLOCK * (before - 1) :])
-
+from mocap_skel.readers import read_clip
+from mocap_skel.readers.formats.c3d import section, with_c3d, with_ezc3d
+from mocap_skel.readers.formats.c3d.survey import survey
 
 # --- Pointers -----------------------------------------------------------------------------------
 
@@ -373,22 +341,6 @@ def test_events_in_the_header_are_nobodys_points(path):
     assert is_right(path).notes == ()
 
 
-def test_coordinates_that_are_nowhere(path):
-    points = tracks()
-    points[5, 1], points[7:9, 2, 0] = 1e20, -3e7
-    clip = read_clip(c3d_file(path, points))
-    assert np.isnan(clip.points[..., 0]).sum() == 3
-    assert "samples farther off than 1e+07 that count as missing: 3" in notes(clip)
-    # One number for everything that was not seen.
-    points = tracks()
-    points[:50, 1] = 9.9e18
-    clip = read_clip(c3d_file(path, points))
-    assert clip.missing()[1] == pytest.approx(50 / 60)
-    points[:50, 1] *= np.linspace(1, 2, 150).reshape(50, 3)
-    with pytest.raises(ClipError, match=r"clip\.c3d: damaged: coordinates such as .*e\+19 in it"):
-        read_clip(c3d_file(path, points))
-
-
 # --- No library sees what is not sound -----------------------------------------------------------
 
 
@@ -480,93 +432,3 @@ def test_every_shared_clip_is_read_alike_by_both(path):
         assert read_clip(path).frames == first.layout.frames
     else:
         same(with_ezc3d.read(path), with_c3d.read(path))
-
-
-# --- Damage that no counter tells ----------------------------------------------------------------
-
-
-def spans(path, data, at, message, before):
-    """The file is refused as damaged, and --salvage reads the frames before."""
-    path.write_bytes(data)
-    with pytest.raises(ClipError, match=message) as error:
-        read_clip(path)
-    assert "--salvage reads" in error.value.hint
-    clip = read_clip(path, salvage=True)
-    assert before - 3 <= clip.frames <= before
-    np.testing.assert_allclose(clip.points * 1000, tracks(200, 8)[: clip.frames], atol=0.06)
-    assert "are read" in notes(clip)
-
-
-@pytest.mark.parametrize(("scale", "analogs"), [(-1.0, 0), (-1.0, 5), (0.1, 0), (0.1, 5)])
-@pytest.mark.parametrize("count", [4, 16, 52])
-@pytest.mark.parametrize("way", ["lost", "inserted"])
-def test_bytes_lost_or_inserted_among_the_points(path, scale, analogs, count, way):
-    data = c3d_file(path, tracks(200, 8), scale=scale, analogs=analogs).read_bytes()
-    found = survey(path)
-    at = found.layout.start + 90 * found.layout.stride + 37
-    if way == "lost":
-        data = data[:at] + data[at + count :] + bytes(count)
-    else:
-        data = data[:at] + bytes(count) + data[at:-count]
-    spans(path, data, at, r"clip\.c3d: damaged: bytes are lost or inserted at frame \d\d", 91)
-
-
-def test_points_that_jump_all_at_once_are_no_lost_bytes(path):
-    """Two takes in one, a figure that turns about at once, labels that are exchanged in pairs."""
-    points = tracks(200, 8)
-    for other in (points[100:] + 3000, -points[100:], points[100:, [1, 0, 3, 2, 5, 4, 7, 6]]):
-        joined = np.concatenate([points[:100], other])
-        assert is_right(c3d_file(path, joined), joined).notes == ()
-    rng = np.random.default_rng(4)
-    noise = rng.normal(0, 900, (200, 8, 3))
-    assert is_right(c3d_file(path, noise), noise).notes == ()
-
-
-@pytest.mark.parametrize("scale", [-1.0, 0.1])
-def test_a_tail_of_zeros_is_one_of_a_file_that_is_cut_off(path, scale):
-    data = c3d_file(path, tracks(200, 8), scale=scale).read_bytes()
-    found = survey(path)
-    at = found.layout.start + 90 * found.layout.stride + 21
-    rest = bytes(len(data) - at)
-    spans(path, data[:at] + rest, at, "nothing but zeros from frame 92 on, as in a file", 91)
-    # Some blank frames are nobody's loss.
-    at = found.layout.start + 195 * found.layout.stride
-    path.write_bytes(data[:at] + bytes(len(data) - at))
-    assert read_clip(path).frames == 200
-
-
-def test_a_file_whose_way_of_saying_missing_is_zeros(path):
-    points = tracks(200, 8)
-    points[30:60, 2] = points[90:] = 0
-    c3d_file(path, points)
-    clip = read_clip(path)
-    assert clip.frames == 200
-    assert "nothing but zeros from frame 91 on: is the file cut off there?" in notes(clip)
-    # Analog channels that stop with the points tell.
-    data = c3d_file(path, points + 0.0, analogs=4).read_bytes()
-    found = survey(path)
-    frames = np.frombuffer(data, "<f4", 200 * 36, found.layout.start).reshape(200, 36).copy()
-    frames[:90, 32:] = 0.5
-    frames[90:] = 0
-    start = found.layout.start
-    path.write_bytes(data[:start] + frames.tobytes() + data[start + frames.nbytes :])
-    with pytest.raises(ClipError, match="as in a file that is cut off"):
-        read_clip(path)
-
-
-def test_noise_among_the_points_is_damage(path):
-    data = bytearray(c3d_file(path, tracks(200, 8)).read_bytes())
-    found = survey(path)
-    at = found.layout.start + 90 * found.layout.stride + 21
-    data[at : at + 600] = np.random.default_rng(5).bytes(600)
-    path.write_bytes(data)
-    with pytest.raises(
-        ClipError, match=r"damaged: coordinates such as .* frames from \d\d"
-    ) as error:
-        read_clip(path)
-    assert error.value.hint == "--salvage reads the other frames"
-    clip = read_clip(path, salvage=True)
-    assert "where every marker counts as missing" in notes(clip)
-    lost = np.isnan(clip.points).all(axis=(1, 2))
-    assert lost[90:95].all() and lost.sum() <= 11
-    np.testing.assert_allclose(clip.points[~lost] * 1000, tracks(200, 8)[~lost], atol=1e-3)

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from mocap_skel.errors import ClipError
-from mocap_skel.readers.frames import Groups, without_padding
-from mocap_skel.readers.machine import numbers
-from mocap_skel.readers.raw import RawClip, decoded, number
-from mocap_skel.readers.survey import survey
+from mocap_skel.errors import reason
+from mocap_skel.readers.formats.c3d.contents import Contents, Groups, decoded, number
+from mocap_skel.readers.formats.c3d.frames import without_padding
+from mocap_skel.readers.formats.c3d.machine import numbers
+from mocap_skel.readers.formats.c3d.survey import survey
 
 # What py-c3d lets through on files that it does not expect; most of it is its own `assert`.
 _REFUSALS = (
@@ -27,16 +27,14 @@ _REFUSALS = (
 )  # fmt: skip
 
 
-def read(path: Path) -> RawClip:
+def read(path: Path) -> Contents:
     """Read a file with py-c3d and numpy: of a file that is cut off, the frames that it still has.
 
     Raises:
         ClipError: it is no C3D file or has no parameters; the message does not name the file.
+        OSError: it cannot be opened.
     """
-    try:
-        found = survey(path)
-    except OSError as error:
-        raise ClipError(error.strerror or str(error)) from error
+    found = survey(path)
     notes: tuple[str, ...] = ()
     groups, reader = found.section.groups, "numpy"
     # A walk that found something wrong knows more than py-c3d, which stops there or reads on.
@@ -44,10 +42,10 @@ def read(path: Path) -> RawClip:
         try:
             groups, reader = _groups(path, found.section.machine), "py-c3d"
         except _REFUSALS as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
+            why = reason(error)
             # Nobody here needs the analog data over which it stumbles.
-            if "analog" not in reason.lower():
-                notes = (f"py-c3d cannot read its parameters either: {reason}",)
+            if "analog" not in why.lower():
+                notes = (f"py-c3d cannot read its parameters either: {why}",)
     layout, point = found.layout, groups.get("POINT", {})
     data = found.read(0, layout.frames)
     data = data[: without_padding(data, layout.sure)]
@@ -60,8 +58,7 @@ def read(path: Path) -> RawClip:
     if layout.width == 2:
         points *= found.scale
     points[invalid] = np.nan
-    return RawClip(
-        path=str(path),
+    return Contents(
         points=points,
         invalid=invalid,
         rate=number(point.get("RATE")) or found.header.rate,

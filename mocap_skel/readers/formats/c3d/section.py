@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from mocap_skel.errors import ClipError
-from mocap_skel.readers.frames import Groups
-from mocap_skel.readers.machine import MACHINES, numbers
-from mocap_skel.readers.raw import decoded, number
+from mocap_skel.readers.formats.c3d.contents import Groups, decoded, number
+from mocap_skel.readers.formats.c3d.machine import MACHINES, numbers
 
 BLOCK = 512
 _KEY = 0x50
@@ -82,6 +81,15 @@ def base(head: bytes) -> int:
         if head[at + 1 : at + 2] == bytes([_KEY]) and len(head) - at >= BLOCK:
             return at
     raise ClipError("not a C3D file" if head else "an empty file")
+
+
+def is_c3d(head: bytes) -> bool | None:
+    """Whether a file that starts with these bytes is a C3D file; None for a text, in which they may be words."""
+    try:
+        at = base(head)
+    except ClipError:
+        return False
+    return True if b"\0" in head[at : at + BLOCK] else None
 
 
 def read(head: bytes) -> tuple[Header, Section]:

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.errors import ClipError
-from mocap_skel.readers.layout import spread
-from mocap_skel.readers.raw import FARTHEST, RawClip
-from mocap_skel.readers.survey import Survey
+from mocap_skel.readers.formats.c3d.contents import Contents
+from mocap_skel.readers.formats.c3d.layout import spread
+from mocap_skel.readers.formats.c3d.survey import Survey
+from mocap_skel.readers.raw import FARTHEST
 
 # Blank frames at the end that no one has to explain: so many, or such a part of all.
 _FEW, _PART = 10, 0.02
@@ -28,7 +29,7 @@ _GRID = 5e-3
 _ENOUGH = 4
 
 
-def checked(raw: RawClip, found: Survey, salvage: bool) -> RawClip:
+def checked(raw: Contents, found: Survey, salvage: bool) -> Contents:
     """The clip, or what there is of it before the damage.
 
     Raises:
@@ -53,11 +54,11 @@ def checked(raw: RawClip, found: Survey, salvage: bool) -> RawClip:
     )
 
 
-def _before(raw: RawClip, at: int, what: str, salvage: bool) -> RawClip:
+def _before(raw: Contents, at: int, what: str, salvage: bool) -> Contents:
     """The frames before `at`."""
     if not salvage or not at:
         hint = f"--salvage reads the {at} frames before" if at else None
-        raise ClipError(f"{raw.path}: {what}", hint)
+        raise ClipError(what, hint)
     note = f"{what}: the {at} frames before are read"
     return replace(
         raw,

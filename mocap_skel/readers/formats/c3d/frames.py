@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.readers.raw import number
+from mocap_skel.readers.formats.c3d.contents import Groups, number
 
-Groups = dict[str, dict[str, Any]]
 WORD = 0xFFFF
 """The largest number of 16 bits."""
 

@@ -12,9 +12,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.readers.frames import WORD, Groups, frame_count, unsigned
-from mocap_skel.readers.raw import FARTHEST, number
-from mocap_skel.readers.section import BLOCK, Header, Section
+from mocap_skel.readers.formats.c3d.contents import Groups, number
+from mocap_skel.readers.formats.c3d.frames import WORD, frame_count, unsigned
+from mocap_skel.readers.formats.c3d.section import BLOCK, Header, Section
+from mocap_skel.readers.raw import FARTHEST
 
 _PLACES = 48
 _GUESSES = 8

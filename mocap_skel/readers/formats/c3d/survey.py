@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.readers import layout, section
-from mocap_skel.readers.frames import WORD, Groups, first_frame, unsigned
-from mocap_skel.readers.layout import Layout
-from mocap_skel.readers.machine import dtype, native, numbers
-from mocap_skel.readers.raw import number, texts
-from mocap_skel.readers.section import Header, Section
+from mocap_skel.readers.formats.c3d import layout, section
+from mocap_skel.readers.formats.c3d.contents import Groups, number, texts
+from mocap_skel.readers.formats.c3d.frames import WORD, first_frame, unsigned
+from mocap_skel.readers.formats.c3d.layout import Layout
+from mocap_skel.readers.formats.c3d.machine import dtype, native, numbers
+from mocap_skel.readers.formats.c3d.section import Header, Section
 
 
 @dataclass(frozen=True)

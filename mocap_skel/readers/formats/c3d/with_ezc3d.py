@@ -7,13 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from mocap_skel.errors import ClipError
-from mocap_skel.readers.frames import without_padding
-from mocap_skel.readers.raw import RawClip, decoded, number
-from mocap_skel.readers.survey import Survey, survey
+from mocap_skel.errors import ClipError, ours, refusals
+from mocap_skel.readers.formats.c3d.contents import Contents, decoded, number
+from mocap_skel.readers.formats.c3d.frames import without_padding
+from mocap_skel.readers.formats.c3d.survey import Survey, survey
+
+# ezc3d throws C++ exceptions of many kinds, bad_alloc among them, through SWIG.
+_REFUSALS = refusals(
+    (RuntimeError, OSError, ValueError, TypeError, LookupError, MemoryError, ArithmeticError),
+    "ezc3d cannot read it",
+)
 
 
-def read(path: Path, found: Survey | None = None) -> RawClip:
+def read(path: Path, found: Survey | None = None) -> Contents:
     """Read a file with ezc3d.
 
     Args:
@@ -26,20 +32,13 @@ def read(path: Path, found: Survey | None = None) -> RawClip:
     import ezc3d
 
     found = found or survey(path)
-    try:
+    with ours(None, ClipError, _REFUSALS):
         content = ezc3d.c3d(str(path))
-    # ezc3d throws C++ exceptions of many kinds, bad_alloc among them, through SWIG.
-    except (
-        RuntimeError, OSError, ValueError, TypeError, LookupError, MemoryError, ArithmeticError
-    ) as error:  # fmt: skip
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise ClipError(f"ezc3d cannot read it: {reason}") from error
     groups = {name: _group(content["parameters"].get(name, {})) for name in ("POINT", "TRIAL")}
     points = content["data"]["points"][:3].transpose(2, 1, 0)
     # It may take the padding of the last block for frames, and leave out frames of missing points.
     there = without_padding(points, found.layout.sure)
-    return RawClip(
-        path=str(path),
+    return Contents(
         points=np.ascontiguousarray(points[:there]),
         invalid=(content["data"]["meta_points"]["residuals"][0] < 0).T[:there],
         rate=number(groups["POINT"].get("RATE"))
