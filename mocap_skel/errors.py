@@ -1,10 +1,23 @@
-"""Everything that this project raises on purpose derives from one root, so that one door can show it."""
+"""The errors that the package raises on purpose. All derive from `MocapSkelError`, so one `except` catches them."""
 
 from __future__ import annotations
 
 
 class MocapSkelError(Exception):
-    """A problem that the user can act on: one readable message, and a hint on what to do."""
+    """A problem that the user can act on: one readable message, and a hint on what to do.
+
+    Attributes:
+        message: what is wrong, one line.
+        hint: what to do about it; None where there is nothing to say.
+
+    Example:
+        >>> from mocap_skel import MocapSkelError, read_association
+        >>> try:
+        ...     read_association("cmo")
+        ... except MocapSkelError as error:
+        ...     print(error.message, error.hint, sep="; ")
+        cmo: no such association file; did you mean cmu?
+    """
 
     def __init__(self, message: str, hint: str | None = None) -> None:
         super().__init__(message)
@@ -41,10 +54,10 @@ class FitError(MocapSkelError):
 
 
 class RootError(FitError):
-    """The root of the figure is not seen.
+    """Too few markers of the figure's root are seen, so that no segment has a place.
 
     Attributes:
-        seen: the segments that are, and that could be a root.
+        seen: the segments that are seen, and that could be a root.
     """
 
     def __init__(self, message: str, hint: str | None = None, seen: tuple[str, ...] = ()) -> None:

@@ -1,4 +1,4 @@
-"""The figures of the studies: the thesis's 24, 26 and 27, and where each estimator breaks."""
+"""The figures of the studies, as PNG: the thesis's 24, 26 and 27, and where each estimator breaks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,15 @@ from mocap_skel.studies.speed import METHODS, Trial
 
 
 def deviations_figure(summary: Summary, caption: str) -> bytes:
-    """Figure 24: every answer's deviation against its number of samples, with the fitted power law."""
+    """Figure 24: every answer's deviation against its number of samples, with the fitted power law.
+
+    Args:
+        summary: of the answers.
+        caption: below the figure.
+
+    Returns:
+        A PNG.
+    """
     drawn = figure(10, 6.5)
     axes = drawn.subplots()
     samples = np.array([answer.samples for answer in summary.answers], dtype=np.float64)
@@ -56,7 +64,7 @@ def deviations_figure(summary: Summary, caption: str) -> bytes:
 
 
 def times_figure(trials: Sequence[Trial], caption: str) -> bytes:
-    """Figure 26: the time of each estimator against the number of points."""
+    """Figure 26: the time of each estimator against the number of points, as a PNG."""
     drawn = figure()
     axes = drawn.subplots()
     points = [trial.points for trial in trials]
@@ -75,7 +83,7 @@ def times_figure(trials: Sequence[Trial], caption: str) -> bytes:
 
 
 def ratios_figure(trials: Sequence[Trial], least_points: int, caption: str) -> bytes:
-    """Figure 27: the time by GDKE's against the noise, where points are so many that they decide."""
+    """Figure 27: the time divided by GDKE's against the noise, for sets of `least_points` or more, as a PNG."""
     many = [trial for trial in trials if trial.points >= least_points] or list(trials)
     drawn = figure()
     axes = drawn.subplots()
@@ -97,7 +105,11 @@ def ratios_figure(trials: Sequence[Trial], least_points: int, caption: str) -> b
 
 
 def accuracy_figure(scores: Sequence[Score], caption: str) -> bytes:
-    """A map an estimator: its error over the bound, by coverage and noise, and the criterion's line."""
+    """A map for each estimator: its error over the bound, by coverage and noise, as a PNG.
+
+    A red line is the thesis's criterion, a cross a cell in which the estimator breaks, grey one in which the
+    bound itself is too large.
+    """
     from matplotlib.colors import LogNorm
 
     methods = list(dict.fromkeys(score.method for score in scores))
