@@ -1,4 +1,4 @@
-"""The errors that the package raises on purpose. All derive from `MocapSkelError`, so one `except` catches them."""
+"""Everything that this project raises on purpose derives from one root, so that one door can show it."""
 
 from __future__ import annotations
 

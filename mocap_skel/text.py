@@ -9,25 +9,7 @@ from mocap_skel.errors import MocapSkelError
 
 
 def read_text(path: Path, error: type[MocapSkelError]) -> str:
-    """Read a text file in UTF-8, with or without a byte-order mark.
-
-    Args:
-        path: of the file.
-        error: the error to raise where it cannot be read.
-
-    Raises:
-        MocapSkelError: `error`, where there is no such file or it is not UTF-8.
-
-    Example:
-        >>> from pathlib import Path
-        >>> from mocap_skel.errors import SkeletonError
-        >>> from mocap_skel.text import read_text
-        >>> try:
-        ...     read_text(Path("nowhere.toml"), SkeletonError)
-        ... except SkeletonError as problem:
-        ...     print(problem)
-        nowhere.toml: No such file or directory
-    """
+    """A text file in UTF-8, with or without a byte-order mark; what cannot be read raises `error`."""
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as problem:

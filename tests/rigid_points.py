@@ -1,15 +1,7 @@
-"""What the tests of poses share: rigid sets of points, moved at random, and what a rotation has to be."""
+"""Rigid sets of points, and such points with noise."""
 
 import numpy as np
-from hypothesis import settings
-from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
-
-from mocap_skel.segments.pose import Pose
-
-LAWS = settings(derandomize=True, deadline=None, max_examples=40, database=None)
-SEEDS = st.integers(0, 2**32 - 1)
-EPS = np.finfo(float).eps
+from poses import moved
 
 TEMPLATES = {
     "three points": np.array([[0.0, 0.0, 0.0], [0.2, 0.0, 0.0], [0.05, 0.1, 0.0]]),
@@ -21,20 +13,7 @@ TEMPLATES = {
 }
 
 
-def rotations(rng, count):
-    return Rotation.from_quat(rng.normal(size=(count, 4))).as_matrix()
-
-
-def moved(rng, template, frames, distance=1.0, noise=0.0):
-    """Points (frames, M, 3) of a rigid template in random poses, and the poses."""
-    truth = Pose(rotations(rng, frames), distance * rng.normal(size=(frames, 3)))
-    x = truth.origin[:, None] + template @ truth.rotation.swapaxes(1, 2)
+def moved_with_noise(rng, template, frames, noise=0.0):
+    """As `poses.moved`, with noise on every coordinate."""
+    x, truth = moved(rng, template, frames)
     return x + noise * rng.normal(size=x.shape), truth
-
-
-def assert_proper(rotation, tolerance=32 * EPS):
-    """Orthonormal and right-handed, by default to a few roundings."""
-    assert np.isfinite(rotation).all()
-    product = rotation.swapaxes(-1, -2) @ rotation
-    assert np.abs(product - np.eye(3)).max() <= tolerance
-    assert np.abs(np.linalg.det(rotation) - 1).max() <= tolerance

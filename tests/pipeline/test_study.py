@@ -225,8 +225,8 @@ class TestResampleStudy:
         found = resample(path, tmp_path / "out", Resampling(1, 3))
         assert "3 refits" in found.words[0] and "1 pass," in found.words[0]
         assert found.words[1] == "1 of them could not be fitted"
-        known_as = {row["joint"]: row["known"] for row in found.tables["means"]}
-        assert known_as == {"LeftElbow": "yes"}
+        shown = {row["joint"]: row["shown"] for row in found.tables["means"]}
+        assert shown == {"LeftElbow": "yes"}
         rows = [row for row in found.tables["answers"] if row["joint"] == "LeftWrist"]
         empty = [(row["samples"], row["cluster"], row["deviation"]) for row in rows]
         assert empty == [(0, None, None)] * 2

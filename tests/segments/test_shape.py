@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rigid_points import SEEDS, moved
+from poses import SEEDS
+from rigid_points import moved_with_noise as moved
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -271,6 +272,27 @@ def test_the_hand_is_right_though_no_frame_shows_every_marker():
         np.testing.assert_allclose(distances(shape.template), distances(t), rtol=0, atol=1e-9)
 
 
+def test_frames_that_show_three_points_say_nothing_of_the_hand():
+    """Three points are as well their mirror image: a hundred such frames do not outvote one of all."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        t = random_template(rng, 5)
+        x, _ = moved(rng, t, 101)
+        for frame in range(1, 101):
+            x[frame, rng.choice(5, 2, replace=False)] = np.nan
+        shape, _ = find_shape(x)
+        assert same_hand(shape.template, t)
+
+
+def test_of_three_points_that_stand_equally_well_the_first_are_always_chosen():
+    """Any three of a square's corners: rounding must not choose."""
+    square = 0.1 * np.array([[1.0, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]])
+    for seed in range(20):
+        x, _ = moved(np.random.default_rng(seed), square, 30)
+        shape, _ = find_shape(x)
+        assert shape.chosen == (0, 1, 2)
+
+
 @pytest.mark.parametrize("frames", [0, 2])
 def test_a_marker_that_cannot_be_placed_does_not_spoil_the_others(frames):
     # Seen never, or only in frames in which two others are lost.
@@ -329,7 +351,7 @@ def test_what_has_no_shape_is_none(case):
     assert find_shape(NO_SHAPES[case]) is None
 
 
-@pytest.mark.parametrize(("height", "found"), [(1.05 * LINE, True), (0.95 * LINE, False)])
+@pytest.mark.parametrize(("height", "found"), [(0.052, True), (0.048, False)])
 def test_a_line_is_the_same_line_as_of_a_pose(height, found):
     t = 0.2 * np.array([[1.0, 0, 0], [-1, 0, 0], [0, height, 0], [0, -height, 0]])
     x, _ = moved(np.random.default_rng(12), t, 20)
@@ -344,7 +366,7 @@ def test_a_line_is_the_same_line_as_of_a_pose(height, found):
 @pytest.mark.parametrize("count", [3, 4, 7])
 def test_the_noise_of_rigid_points_is_found(count, sigma, share):
     rng = np.random.default_rng(13)
-    frames = 2000
+    frames = 20_000
     x, _ = moved(rng, TEMPLATES[count], frames, noise=sigma)
     x[rng.random((frames, count)) < share] = np.nan
     shape, _ = find_shape(x)
