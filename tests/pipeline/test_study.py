@@ -7,11 +7,12 @@ from functools import cache
 import numpy as np
 import pytest
 from findings import (
+    answer,
     contents,
     rows_of,
     there,
 )
-from recordings import known
+from recordings import ROOT, known
 
 from mocap_skel.artificial import (
     Faults,
@@ -25,13 +26,14 @@ from mocap_skel.artificial import (
 from mocap_skel.errors import CallError, MissingExtraError, OutputError
 from mocap_skel.export.files import write_all
 from mocap_skel.figure.skeleton import read_skeleton
+from mocap_skel.labels.association import read_association
 from mocap_skel.pipeline import study as studies
-from mocap_skel.pipeline.job import Job
+from mocap_skel.pipeline.job import Job, fit_file
 from mocap_skel.pipeline.study import Resampling, Where
 from mocap_skel.report.terminal import rows_table
 from mocap_skel.studies import accuracy, speed
 from mocap_skel.studies.accuracy import Plan, score_cell
-from mocap_skel.studies.resample import refits
+from mocap_skel.studies.resample import Group, Law, Summary, refits
 
 
 @cache
@@ -73,6 +75,23 @@ def watch_refits(monkeypatch, stop=None, error=KeyboardInterrupt):
 
     monkeypatch.setattr(studies, "refits", watched)
     return done
+
+
+def other_columns(folder):
+    """The arm's association with two markers of the upper arm exchanged."""
+    folder.mkdir()
+    text = (ROOT / "association_files" / "left_arm.txt").read_text()
+    lines = {"LUPA  LUPA": "LUPA  LUPB", "LUPB  LUPB": "LUPB  LUPA"}
+    path = folder / "left_arm.txt"
+    path.write_text("\n".join(lines.get(line, line) for line in text.splitlines()))
+    return read_association(path)
+
+
+def another_of_that_name(folder):
+    """Another recording of the arm under the same file name."""
+    folder.mkdir()
+    write_c3d(replace(arm(), points=arm().points[:, :, [1, 0, 2]]), folder / "short.c3d")
+    return folder / "short.c3d"
 
 
 class TestResampleStudy:
@@ -150,8 +169,8 @@ class TestResampleStudy:
         with monkeypatch.context() as patch:
             watch_refits(patch, stop=1)
             with pytest.raises(KeyboardInterrupt):
-                resample(short, tmp_path)
-        (store,) = tmp_path.iterdir()
+                resample(short, tmp_path / "out")
+        (store,) = (tmp_path / "out").iterdir()
         for other in (
             {"plan": replace(SMALL, seed=6)},
             {"plan": replace(SMALL, levels=3)},
@@ -160,21 +179,24 @@ class TestResampleStudy:
             {"job": replace(JOB, noise="matrix")},
             {"job": replace(JOB, pose="triad")},
             {"job": replace(JOB, unit="cm")},
+            {"job": replace(JOB, association=other_columns(tmp_path / "labels"))},
+            {"clip": another_of_that_name(tmp_path / "clips")},
         ):
             with monkeypatch.context() as patch:
                 # Had it taken the first pass, it would be in the second, and not stop.
                 watch_refits(patch, stop=0)
                 with pytest.raises(KeyboardInterrupt):
-                    resample(short, tmp_path, **other)
-        assert list(tmp_path.iterdir()) == [store]
+                    resample(**{"clip": short, "folder": tmp_path / "out"} | other)
+        assert list((tmp_path / "out").iterdir()) == [store]
 
-    def test_a_damaged_pass_is_done_again(self, short, tmp_path, monkeypatch):
+    @pytest.mark.parametrize("damage", ["[{", '[{"joint": "LeftElbow"}]', "[1, 2]"])
+    def test_a_damaged_pass_is_done_again(self, short, tmp_path, monkeypatch, damage):
         with monkeypatch.context() as patch:
             watch_refits(patch, stop=1)
             with pytest.raises(KeyboardInterrupt):
                 resample(short, tmp_path / "a")
         (put_by,) = (tmp_path / "a").glob("*/pass0.json")
-        put_by.write_text(put_by.read_text()[:100])
+        put_by.write_text(damage)
         with monkeypatch.context() as patch:
             done = watch_refits(patch)
             resample(short, tmp_path / "a")
@@ -232,6 +254,41 @@ class TestResampleStudy:
         assert empty == [(0, None, None)] * 2
         assert any("LeftWrist" in note for note in found.notes)
 
+    def test_samples_that_the_whole_clips_fit_leaves_out_stay_out_of_every_refit(self, tmp_path):
+        """Refits do not search for outliers: frames that are drawn show no steps."""
+        skeleton = read_skeleton("left_arm")
+        figure = figure_of(skeleton)
+        motion = circumduct(ranges_of(skeleton), 10, 60, seed=1)
+        faults = Faults(sigma=0.001, outliers=0.02, outlier_burst=5)
+        clip = record(figure, markers_of(skeleton, figure), motion, faults, seed=1, first_frame=51)
+        write_c3d(clip, tmp_path / "wild.c3d")
+        whole = fit_file(tmp_path / "wild.c3d", JOB).subjects[0][1]
+        assert sum(len(left.frames) for left in whole.left_out) > 50
+        found = resample(tmp_path / "wild.c3d", tmp_path / "out", Resampling(1, 1))
+        for row, joint in zip(found.tables["answers"], whole.joints, strict=True):
+            # Single precision of the file, and what is left out decides which samples make a template.
+            np.testing.assert_allclose([row[k] for k in "xyz"], joint.centre, rtol=0, atol=1e-4)
+            assert row["samples"] < 600
+
+    def test_the_verdicts_are_those_of_the_whole_clip(self, tmp_path):
+        """A wrist that is held still has answers, and the movement does not show it."""
+        skeleton = read_skeleton("left_arm")
+        figure = figure_of(skeleton)
+        ranges = ranges_of(skeleton) | {"LeftHand": ((0, 1), (0, 1), (0, 1))}
+        motion = circumduct(ranges, 10, 30, seed=1)
+        clip = record(figure, markers_of(skeleton, figure), motion, Faults(sigma=0.001), seed=1)
+        write_c3d(clip, tmp_path / "stiff.c3d")
+        found = resample(tmp_path / "stiff.c3d", tmp_path / "out", Resampling(1, 2))
+        for table in ("means", "power_law"):
+            shown = {row["joint"]: row["shown"] for row in found.tables[table]}
+            assert (shown["LeftElbow"], shown["LeftWrist"]) == ("yes", "no")
+
+    def test_labels_that_do_not_fit_are_told(self, tmp_path):
+        renamed = tuple("ELBOW" if label == "LELB" else label for label in arm().labels)
+        write_c3d(replace(arm(), labels=renamed), tmp_path / "other.c3d")
+        found = resample(tmp_path / "other.c3d", tmp_path / "out", Resampling(1, 1))
+        assert any("1 label not in the clip: LELB" in note for note in found.notes)
+
     def test_a_clip_of_two_takes_a_subject_and_its_name(self, samples, tmp_path):
         clip = samples / "two_dancers.c3d"
         pair = replace(JOB, association=known("cmu"))
@@ -259,6 +316,35 @@ class TestResampleStudy:
         resample(short, tmp_path, Resampling(2, 3), progress=progress)
         # Two tasks a pass.
         assert seen == [4, 4, 4, 4]
+
+
+def a_group(joint, cluster, answers):
+    place = np.zeros(3)
+    return Group(joint, cluster, answers, "a b c", "MGDK", place, place, place)
+
+
+def test_what_a_resampling_study_says_in_words():
+    """A second answer of one in twenty is an answer, less is an odd one; slopes and shares as they are."""
+    found = [answer((0, 0, 0), joint=j) for j, n in (("Hip", 120), ("Knee", 200)) for _ in range(n)]
+    groups = (
+        a_group("Hip", 1, 114),
+        a_group("Hip", 2, 6),
+        a_group("Knee", 1, 191),
+        a_group("Knee", 2, 9),
+    )
+    laws = (Law("all", 320, -0.45, 0.02, -0.52, 0.004, 0.975),)
+    nothing = np.zeros(len(found))
+    summary = Summary(tuple(found), nothing.astype(int), nothing, groups, laws)
+    assert studies._in_words(summary, failed=3) == [
+        "3 of them could not be fitted",
+        "deviation falls with the samples as n^-0.45 ± 0.02; as (n N/(N - n))^-0.52 when it counts that all "
+        "n come from one clip of N",
+        "97.5 % of the answers from more than 200 samples lie within 1 cm of their joint's mean",
+        "joints with several answers, each measured about its own mean: Hip (6 of 120)",
+        "joints with odd answers, by other axes or another method: Knee (9 of 200)",
+    ]
+    unknown = replace(laws[0], slope=np.nan, near=np.nan)
+    assert studies._in_words(replace(summary, groups=groups[:1], laws=(unknown,)), failed=0) == []
 
 
 def test_the_accuracy_study_is_repeated_by_its_seed(tmp_path, monkeypatch):
@@ -292,6 +378,11 @@ def test_a_score_is_a_row_of_its_table(tmp_path):
 
 
 class TestSpeedStudy:
+    def test_the_time_of_a_sample_is_told_in_microseconds(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(speed, "time_of_a_sample", lambda: 25e-6)
+        found = studies.run_speed(1, 100, 1, Where(tmp_path, figures=False))
+        assert "IGDK one sample at a time: 25 microseconds a sample" in found.words
+
     def test_ratios_of_few_points_are_not_called_those_of_many(self, tmp_path):
         """`study speed --most-points 100` has no set of 10,000 points to take ratios over."""
         found = studies.run_speed(2, 100, 1, Where(tmp_path, figures=False))

@@ -60,6 +60,10 @@ class TestAccuracy:
         assert max(s.ratio for s in met) <= accuracy.BREAKS * (1 + 4 / np.sqrt(2 * GRID.trials))
         assert max(s.failed for s in met) == 0.0
 
+    def test_the_bound_of_a_whole_sphere_is_known_by_hand(self):
+        """The centre's variance is 3 σ²/N along each of three axes: 3 σ/√N together, N = 400."""
+        assert grid()["pratt", 0.01, 180.0].bound == pytest.approx(3 * 0.01 / 20, rel=1e-12)
+
     def test_nobody_beats_the_bound_on_a_whole_sphere_and_all_reach_it(self):
         for method in CHEAP:
             for noise in (0.001, 0.01):
@@ -107,6 +111,32 @@ class TestAccuracy:
         assert "Pratt beats GDKE" in against and "in 2 of 3 cells, 1 of them" in against
         assert "σ/r 0.01 at 45°" in against and "loses in 1 (σ/r 0.01 at 180°);" in against
 
+    @pytest.mark.parametrize(
+        ("pratt", "gdke", "won", "lost"),
+        [
+            ((0.94, 0.0), (1.0, 0.0), 1, 0),
+            ((0.96, 0.0), (1.0, 0.0), 0, 0),
+            ((1.0, 0.0), (0.94, 0.0), 0, 1),
+            # More answers count before less of an error; a hundredth of them is no difference.
+            ((9.0, 0.0), (1.0, 0.02), 1, 0),
+            ((1.0, 0.02), (9.0, 0.0), 0, 1),
+            ((1.0, 0.01), (2.0, 0.0), 1, 0),
+        ],
+    )
+    def test_one_beats_another_by_five_percent_or_by_more_answers(self, pratt, gdke, won, lost):
+        scores = [
+            a_score(name, ratio, failed=failed)
+            for name, (ratio, failed) in (("pratt", pratt), ("gdke", gdke))
+        ]
+        *_, against = accuracy.verdicts(scores)
+        assert f"in {won} of 1 cells" in against and f"it loses in {lost}" in against
+
+    def test_a_verdict_names_every_noise_with_its_angles(self):
+        cells = [(0.01, 20.0), (0.01, 80.0), (0.1, 45.0)]
+        scores = [a_score(m, r, *cell) for m, r in (("gdke", 2), ("pratt", 1)) for cell in cells]
+        *_, against = accuracy.verdicts(scores)
+        assert "(σ/r 0.01 at 20° to 80°, 0.1 at 45°)" in against
+
     def test_verdicts_need_no_rivals(self):
         (only,) = accuracy.verdicts([a_score("ugdk", 1.0)])
         assert only.startswith("UGDK, true σ: ") and "0 of 1 cells" in only
@@ -146,6 +176,14 @@ class TestNoiseStudy:
         assert rmse("matrix from a rigid segment of five") <= 1.2 * truth
         assert rmse("matrix from the radial residuals") <= 1.6 * truth
         assert rmse("one level, the true one") >= 2 * truth
+
+    def test_one_level_is_the_matrix_where_noise_is_the_same_in_all_directions(self, monkeypatch):
+        monkeypatch.setattr(accuracy, "SPREADS", ((0.02, 0.02, 0.02),))
+        found = {
+            s.known: s.rmse for s in score_noise(Plan(count=50, trials=4)) if s.angle_deg == 45
+        }
+        assert found["one level, the true one"] == pytest.approx(found["the true matrix"], rel=1e-9)
+        assert found["nothing (GDKE)"] > 1.1 * found["the true matrix"]
 
     def test_on_a_whole_sphere_the_noise_is_nothing_to_the_centre(self, noise_scores):
         for spread in accuracy.SPREADS:

@@ -100,6 +100,12 @@ class TestFigures:
         ):
             x, y = np.log(lines[label].get_data())
             assert (y[1] - y[0]) / (x[1] - x[0]) == pytest.approx(slope)
+            # Through the deviation at 200 samples, in centimetres.
+            at = np.exp(np.interp(np.log(200), x, y))
+            assert at == pytest.approx(100 * summary.laws[-1].at_enough)
+        # And the thesis's claim: within a centimetre from 200 samples on.
+        across, upright = sketched[0].axes[0].lines[-2:]
+        assert set(across.get_ydata()) == {1.0} and set(upright.get_xdata()) == {200}
 
     def test_figures_26_and_27_have_every_estimator(self, drawn):
         trials = [a_trial(100), a_trial(20_000), a_trial(50_000, noise=1e6)]
@@ -141,8 +147,29 @@ class TestFigures:
                 "0.05",
                 "0.1",
             ]
-            crosses = [line for line in axes.lines if line.get_marker() == "x"]
-            assert len(crosses) == sum(s.breaks for s in scores if s.method == method)
+            mine = [s for s in scores if s.method == method]
+            # A cell's middle is half a cell beyond its number.
+            crosses = {
+                (line.get_xdata()[0] - 0.5, line.get_ydata()[0] - 0.5)
+                for line in axes.lines
+                if line.get_marker() == "x"
+            }
+            place = {
+                (small.angles.index(s.angle_deg), small.noises.index(s.noise)): s for s in mine
+            }
+            assert crosses == {cell for cell, s in place.items() if s.breaks}
+            # Grey where the bound itself is over half a radius.
+            (mesh,) = axes.collections
+            grey = {
+                (column, row) for row, column in np.argwhere(np.ma.getmaskarray(mesh.get_array()))
+            }
+            assert grey == {cell for cell, s in place.items() if s.bound > 0.5}
+            assert grey
+            # The criterion of 45 degrees, sin²(22.5°)/√3 = 0.0845, between the noises 0.05 and 0.1.
+            (line,) = (line for line in axes.lines if line.get_color() == "red")
+            height = np.interp(1.5, line.get_xdata(), line.get_ydata())
+            expected = 2.5 + np.log(0.0845 / 0.05) / np.log(0.1 / 0.05)
+            assert height == pytest.approx(expected, abs=0.01)
         (bar,) = (axes for axes in figure.axes if axes not in maps)
         assert "bound" in bar.get_ylabel()
         assert "criterion" in figure.get_suptitle()

@@ -37,6 +37,9 @@ class TestRefits:
         both = refits(clip, fit_clip, 1, [50, 90], seed=4)
         assert refits(clip, fit_clip, 1, [90], seed=4) == both[14:]
         assert [a.frames for a in both] == [150] * 14 + [30] * 14
+        # 3 % of 290 frames are nine, not eight.
+        part = replace(clip, points=clip.points[:290])
+        assert {a.frames for a in refits(part, fit_clip, 1, [3], seed=4)} == {281}
         for other in (refits(clip, fit_clip, 2, [90], 4), refits(clip, fit_clip, 1, [90], 5)):
             assert not np.array_equal(places(other), places(both[14:]))
 

@@ -195,3 +195,18 @@ class TestClusters:
     def test_a_single_answer_has_no_deviation(self):
         (group,) = summarise([answer((0.1, 0.2, 0.3))]).groups
         assert np.isnan(group.deviation).all() and np.isnan(group.single).all()
+
+    @pytest.mark.parametrize(("apart", "distinct"), [(5.0, False), (7.0, True)])
+    def test_answers_are_distinct_from_six_times_their_scatter_on(self, apart, distinct):
+        """Corners of two cubes of edge 2: every one lies √3 from the middle of its own."""
+        corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+        far = corners + [apart * np.sqrt(3), 0.0, 0.0]
+        label = clusters(np.concatenate([corners, far]), np.ones(16), [0] * 8 + [1] * 8)
+        assert len(set(label.tolist())) == 1 + distinct
+
+    def test_two_of_a_hundred_are_outliers_and_six_an_answer_of_their_own(self):
+        rng = np.random.default_rng(7)
+        for count, parts in ((2, 1), (6, 2)):
+            near, far = rng.normal(size=(100 - count, 3)), rng.normal(size=(count, 3)) + 100
+            label = clusters(np.concatenate([near, far]), np.ones(100), [0] * 100)
+            assert len(set(label.tolist())) == parts

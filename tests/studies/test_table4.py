@@ -1,5 +1,7 @@
 """The thesis's table of methods (Table 4) and its counts of operations."""
 
+import sys
+
 import numpy as np
 import pytest
 from findings import (
@@ -7,6 +9,7 @@ from findings import (
 )
 
 from mocap_skel.studies import table4
+from mocap_skel.studies.contenders import CONTENDERS, Contender
 from mocap_skel.studies.flops import figure_flops, frame_flops
 
 
@@ -38,6 +41,34 @@ class TestTable4:
             assert rows[name].errors[2] < 1.5 * (1 + 4 / np.sqrt(2 * 20))
         assert rows["GDKE"].errors[2] == pytest.approx(rows["LLS"].errors[2], rel=1e-6)
         assert rows["GDKE"].errors[2] > 5
+
+    def test_each_condition_has_its_noise_and_digits_are_shares_of_the_radius(self, monkeypatch):
+        """An estimator that is a centimetre off a sphere of ten, 10 m away, has lost a tenth."""
+        asked = []
+
+        def off(points, noise):
+            asked.append(noise)
+            return np.tile([0.01, 0.0, 10.0], (len(points), 1))
+
+        monkeypatch.setitem(CONTENDERS, "gdke", Contender("GDKE", off))
+        monkeypatch.setattr(table4, "_WORDS", {"GDKE": ("gdke", "for", "against")})
+        monkeypatch.setattr(table4, "time_methods", lambda *call: {"gdke": 0.5})
+        (row,) = table4.methods(trials=2)
+        assert row.digits == pytest.approx(0.1)
+        assert asked == [0.01, 0.01, 0.03, 0.0]
+        # By hand: √(0.01² + 10²) over the bound of a whole sphere, 3 σ/√1000.
+        assert row.errors[0] == pytest.approx(np.hypot(0.01, 10) / (3 * 0.01 / np.sqrt(1000)))
+
+    def test_times_are_shares_of_gdkes_and_a_missing_library_leaves_its_row_empty(
+        self, monkeypatch
+    ):
+        monkeypatch.setitem(sys.modules, "scipy.optimize", None)
+        monkeypatch.setattr(
+            table4, "time_methods", lambda x, noise, names: {n: 1.0 + (n == "lls") for n in names}
+        )
+        rows = {row.name: row for row in table4.methods(trials=2)}
+        assert (rows["MLE"].time, rows["MLE"].errors, rows["MLE"].digits) == (None, None, None)
+        assert (rows["LLS"].time, rows["GDKE"].time) == (2.0, 1.0)
 
     def test_lls_loses_digits_far_from_the_origin(self, rows):
         assert rows["LLS"].digits > 100 * rows["GDKE"].digits

@@ -16,7 +16,7 @@ from mocap_skel.export.tables_csv import rows_csv
 from mocap_skel.report.terminal import rows_table
 from mocap_skel.studies import accuracy, speed, tables
 from mocap_skel.studies.accuracy import Plan, score_markers, score_noise
-from mocap_skel.studies.resample import summarise
+from mocap_skel.studies.resample import Group, Law, summarise
 
 
 class TestTables:
@@ -75,3 +75,21 @@ class TestTables:
             [accuracy.NoiseScore(45.0, (1.0, 2.0, 3.0), "x", None, 0.0, 1.0, 0.0)]
         )
         assert (row["sigma_x"], row["sigma_y"], row["sigma_z"]) == (1.0, 2.0, 3.0)
+
+    def test_every_column_has_its_own_value(self):
+        one, two, three = (np.array([k, k + 0.1, k + 0.2]) for k in (1.0, 2.0, 3.0))
+        group = Group("Hip", 2, 7, "a b c", "MGDK", one, two, three)
+        (row,) = tables.mean_rows([group], {"Hip": "weak"})
+        assert row == {
+            "joint": "Hip", "cluster": 2, "answers": 7, "mean_x": 1.0, "mean_y": 1.1, "mean_z": 1.2,
+            "shown": "weak", "method": "MGDK", "frame": "a b c",
+        }  # fmt: skip
+        (row,) = tables.deviation_rows([group])
+        assert [row[f"sd_{axis}"] for axis in "xyz"] == [2.0, 2.1, 2.2]
+        assert [row[f"sd_about_one_mean_{axis}"] for axis in "xyz"] == [3.0, 3.1, 3.2]
+        laws = [Law(name, 9, -0.5, 0.1, -0.4, 0.01, 0.9) for name in ("Hip", "all")]
+        rows = tables.law_rows(laws, {"Hip": "no"})
+        assert [row["shown"] for row in rows] == ["no", ""]
+        score = accuracy.MarkersScore((0.1, 0.2), 30.0, "how", 1.0, 2.0, 0.5, 0.0)
+        (row,) = tables.marker_rows([score])
+        assert (row["sigma_1"], row["sigma_2"]) == (0.1, 0.2)
