@@ -54,6 +54,32 @@ def test_marker_sets_have_the_vendors_labels_on_the_right_segments():
     assert 0.045 < np.linalg.norm(CMU["LKNE"][1] - knee) < 0.06
 
 
+def test_the_right_side_is_not_the_mirror_image_of_the_left():
+    """Lengths by hand: a mix-up of the sides must show."""
+    for joint, left, right in (
+        ("Elbow", 0.3255, 0.3295),
+        ("Wrist", 0.2555, 0.2525),
+        ("Knee", 0.429, 0.424),
+        ("Ankle", 0.431, 0.436),
+    ):
+        assert HUMAN.joints[f"Left{joint}"].offset == (0.0, 0.0, -left)
+        assert HUMAN.joints[f"Right{joint}"].offset == pytest.approx((0.0, 0.0, -right))
+    for label, lower in (("UPA", 0.035), ("THI", 0.04), ("SHN", 0.03), ("KNE", 0.0)):
+        (_, (x, y, z)), (segment, right) = CMU[f"L{label}"], CMU[f"R{label}"]
+        assert right == pytest.approx((x, -y, z - lower))
+        assert "Right" in segment
+
+
+def test_a_bones_end_is_its_own_where_it_has_one_and_else_its_first_childs_joint():
+    trunk = art.Segment("Trunk", end=(0.0, 0.0, 0.5))
+    arm = art.Segment("Arm", "Trunk", "Shoulder", (0.0, 0.2, 0.4))
+    hand = art.Segment("Hand", "Arm", "Wrist", (0.0, 0.0, -0.3))
+    bones = art.Figure((trunk, arm, hand)).bones
+    assert [bones[name].tolist() for name in ("Trunk", "Arm", "Hand")] == [
+        [0.0, 0.0, 0.5], [0.0, 0.0, -0.3], [0.0, 0.0, 0.0]
+    ]  # fmt: skip
+
+
 def test_stature_scales_the_body_and_its_markers():
     tall = art.record(art.human(3.5), art.marker_set("cmu", 3.5), art.still(0.1, 10))
     short = art.record(HUMAN, CMU, art.still(0.1, 10))
@@ -126,6 +152,72 @@ def test_motions_stay_within_what_bodies_do():
     assert np.ptp(toes, axis=0).max() < 0.02
 
 
+def angles(motion, name):
+    """A segment's angles, degrees: the swing takes the z axis to where it is, the rest is twist."""
+    rotation = motion.rotations[name]
+    z = rotation[:, :, 2]
+    axis = np.stack([-z[:, 1], z[:, 0], np.zeros(len(z))], axis=1)
+    sine = np.linalg.norm(axis, axis=1, keepdims=True)
+    swing = np.arctan2(sine, z[:, 2:]) * np.divide(axis, sine, out=axis * 0, where=sine > 0)
+    twist = art.to_vector(from_vector(swing).swapaxes(1, 2) @ rotation)[:, 2:]
+    return np.degrees(swing + twist * [0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("left", list(art.ROM_DEGREES))
+def test_range_of_motion_fills_the_ranges_of_both_sides(left):
+    """The right side's x and z have the other sign; the knee's turn is damped, the root turns in the lab."""
+    if left == "Hips":
+        return
+    film = art.range_of_motion(60, 30, seed=1)
+    for name in {left, left.replace("Left", "Right")}:
+        sign = [-1, 1, -1] if "Right" in name else [1, 1, 1]
+        found = angles(film, name) * sign
+        for axis, (low, high) in enumerate(art.ROM_DEGREES[left]):
+            if not (left == "LowerLeftLeg" and axis == 2):
+                # A sine of a wandering phase comes near both ends within a minute.
+                allowed = 0.05 * (high - low) + 1e-6
+                assert found[:, axis].min() == pytest.approx(low, abs=allowed)
+                assert found[:, axis].max() == pytest.approx(high, abs=allowed)
+
+
+def test_the_third_angle_turns_a_limb_about_its_own_axis():
+    rng = np.random.default_rng(3)
+    bent = rng.uniform(-1, 1, (50, 3))
+    straight = art.swing_twist(bent * [1, 1, 0])
+    turned = art.swing_twist(bent)
+    # The limb points where it pointed; what is across it turns by the angle.
+    np.testing.assert_allclose(turned[:, :, 2], straight[:, :, 2], atol=1e-14)
+    relative = straight.swapaxes(1, 2) @ turned
+    np.testing.assert_allclose(art.to_vector(relative), bent * [0, 0, 1], atol=1e-12)
+
+
+def test_a_walk_goes_round_its_circle_at_its_speed_and_looks_where_it_goes():
+    film = art.walk(13, 50)
+    path = film.shift[:, :2]
+    step = np.diff(path, axis=0)
+    np.testing.assert_allclose(np.linalg.norm(step, axis=1) * 50, 1.2, rtol=1e-3)
+    # To the left about (0, 2.5), once round in 13.1 s.
+    np.testing.assert_allclose(np.linalg.norm(path - [0, 2.5], axis=1), 2.5, rtol=1e-9)
+    assert step[0, 0] > 0 and path[1:50, 1].min() > 0
+    # The pelvis's own x axis, tilted by a few degrees, runs along the path.
+    ahead = film.rotations["Hips"][:-1, :2, 0]
+    cosine = (ahead * step).sum(axis=1) / np.linalg.norm(step, axis=1)
+    assert cosine.min() > np.cos(np.radians(8))
+    # One foot after the other: the knees bend in turn.
+    left, right = (
+        np.degrees(np.arccos(film.rotations[f"Lower{s}Leg"][:, 2, 2])) for s in ("Left", "Right")
+    )
+    assert np.corrcoef(left, right)[0, 1] < 0
+
+
+def test_a_dance_turns_all_round():
+    """Each turn is a whole one: after them the pelvis looks ahead again."""
+    film = art.dance(5, 50, seed=1)
+    yaw = np.unwrap(np.arctan2(*film.rotations["Hips"][:, [1, 0], 0].T))
+    # One turn in five seconds, 360 degrees but for the hips' own 12 each way.
+    assert abs(abs(yaw[-1] - yaw[0]) - 2 * np.pi) < np.radians(2 * 15)
+
+
 def test_half_sine_is_the_axis_times_the_sine_of_half_the_angle():
     rng = np.random.default_rng(0)
     axis = rng.standard_normal((50, 3))
@@ -187,6 +279,10 @@ def test_any_figure_moves():
         (lambda: art.Faults(dropout=1), "share"),
         (lambda: art.Faults(burst=0.5), "one frame"),
         (lambda: art.Faults(correlation_time=0), "positive"),
+        (lambda: art.Faults(outliers=1.0), "share"),
+        (lambda: art.Faults(outlier_burst=0.5), "outlier_burst"),
+        (lambda: art.Faults(outlier_size=-0.1), "outlier_size"),
+        (lambda: art.record(HUMAN, CMU, ROM, art.Faults(swaps=(art.Swap("C7", "XYZ"),))), "XYZ"),
         (lambda: art.record(HUMAN, {}, ROM), "at least one marker"),
         (lambda: art.record(HUMAN, {"X": ("Tail", (0, 0, 0))}, ROM), "Tail"),
         (lambda: art.record(HUMAN, CMU, ROM, art.Faults(lost=("XYZ",))), "XYZ"),
@@ -207,7 +303,11 @@ def test_misplaced_markers_lie_within_the_length_and_on_their_segments():
     placed = art.misplaced(CMU, 0.01, seed=2)
     away = [np.subtract(placed[m][1], CMU[m][1]) for m in CMU]
     assert [s for s, _ in placed.values()] == [s for s, _ in CMU.values()]
-    assert 0.005 < np.linalg.norm(away, axis=1).max() <= 0.01
+    far = np.linalg.norm(away, axis=1)
+    assert far.max() <= 0.01
+    # Evenly in the ball: 1/8 of them in its half, 41 markers.
+    assert (far < 0.005).mean() <= 1 / 8 + 4 * np.sqrt(7 / 64 / 41)
+    assert np.median(far) == pytest.approx(0.01 * 0.5 ** (1 / 3), rel=0.1)
 
 
 def test_a_joint_that_glides_is_where_the_glide_puts_it_and_its_bone_follows():

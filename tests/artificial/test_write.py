@@ -120,13 +120,18 @@ def test_truth_csv(tmp_path):
 def test_truth_csv_of_one_subject_among_several(tmp_path):
     ann, anna = (art.record(HUMAN, CMU, art.still(0.1, 50, seed)) for seed in (1, 2))
     both = art.merge({"Ann": ann, "Anna": anna})
-    for clip, kwargs in [(anna, {}), (both, {"subject": "Anna"}), (art.merge({"A": anna}), {})]:
+    for clip, kwargs, alone in [
+        (anna, {}, anna),
+        (both, {"subject": "Anna"}, anna),
+        (both, {"subject": "Ann"}, ann),
+        (art.merge({"A": anna}), {}, anna),
+    ]:
         art.write_truth(clip, tmp_path / "truth.csv", **kwargs)
         head, rows = read_csv(tmp_path / "truth.csv")
         assert head[2] == "Waist_x"
         assert len(head) == 44
         waist = np.array(rows, dtype=float)[:, 2:5]
-        np.testing.assert_allclose(waist, anna.truth["Waist"], atol=0.5e-5 + 1e-12)
+        np.testing.assert_allclose(waist, alone.truth["Waist"], atol=0.5e-5 + 1e-12)
     for clip, subject in [(both, None), (both, "Cleo"), (anna, "Anna")]:
         with pytest.raises(ValueError, match="no subject"):
             art.write_truth(clip, tmp_path / "truth.csv", subject)
@@ -151,9 +156,35 @@ def test_command_writes_clip_and_truths(tmp_path, capsys):
     assert out.read_bytes() == first
 
 
+def test_every_fault_of_the_command_reaches_the_recording(tmp_path, monkeypatch):
+    seen = []
+
+    def watch(*call, **options):
+        seen.append((call[3], options))
+        return art.record(*call, **options)
+
+    monkeypatch.setattr("mocap_skel.artificial.__main__.record", watch)
+    call = [str(tmp_path / "x.c3d"), "--seconds", "1", "--rate", "20", "--subjects", "Anna,Ben"]
+    call += ["--sigma", "1mm", "--correlated", "0.2 cm", "--slide", "0.003", "--dropout", "0.1"]
+    call += ["--burst", "3", "--lost", "C7,T10", "--outliers", "0.01", "--outlier-burst", "4"]
+    assert main([*call, "--seed", "7", "--first-frame", "5"]) == 0
+    faults = art.Faults(
+        sigma=0.001, correlated=0.002, slide=0.003, dropout=0.1, burst=3.0, lost=("C7", "T10"),
+        outliers=0.01, outlier_burst=4.0,
+    )  # fmt: skip
+    assert [found for found, _ in seen] == [faults, faults]
+    # Each subject has its own motion, its own faults, and stands two metres to the left of the last.
+    assert [options for _, options in seen] == [
+        {"seed": 7, "first_frame": 5, "place": (0.0, 0.0, 0.0)},
+        {"seed": 8, "first_frame": 5, "place": (0.0, 2.0, 0.0)},
+    ]
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        (["--figure", "quadruped", "--motion", "walk"], "--motion is for the human only"),
+        (["--figure", "quadruped", "--stature", "1.8"], "--stature is for the human only"),
         (["--sigma", "1inch"], "not a length"),
         (["--subjects", "Anna,Anna"], "two subjects"),
         (["--dropout", "2"], "share"),

@@ -233,6 +233,11 @@ class TestMarkersStudy:
         assert max(found) <= 1.3
         assert min(found) >= 1 - 4 / np.sqrt(400)
 
+    def test_with_the_true_levels_and_their_weights_it_is_at_the_bound_too(self, ratios):
+        found = [r for (_, _, how), r in ratios.items() if how == "MGDK, true levels, weighted"]
+        assert len(found) == 9
+        assert 1 - 4 / np.sqrt(400) <= min(found) and max(found) <= 1.3
+
     def test_one_level_for_both_is_far_from_it_where_the_noisy_marker_is_the_farther(self, ratios):
         for degrees in accuracy.MARKER_ANGLES:
             assert ratios[(0.005, 0.05), degrees, "MGDK, one level, alike"] > 3

@@ -16,6 +16,8 @@ from mocap_skel.spherefit import (
     sgdk,
     sphere_moments,
 )
+from mocap_skel.spherefit.least_squares import mle_answer
+from mocap_skel.studies import contenders
 from mocap_skel.studies.contenders import CONTENDERS
 
 SIGMA = 0.03
@@ -63,6 +65,18 @@ def test_the_fixed_point_is_the_one_that_may_run_away():
     x = cap(rng, (400, 100), 20.0) + SIGMA * rng.normal(size=(400, 100, 3))
     free = CONTENDERS["ugdk_fixed_point"].centres(x, SIGMA)
     assert np.linalg.norm(free, axis=1).max() > 100
+
+
+def test_the_mle_that_starts_from_the_mean_does_so(points, monkeypatch):
+    starts = []
+
+    def look(x, start):
+        starts.append(start)
+        return mle_answer(x, start)
+
+    monkeypatch.setattr(contenders, "mle_answer", look)
+    CONTENDERS["mle_from_mean"].centres(points, SIGMA)
+    np.testing.assert_array_equal(starts, points.mean(axis=1))
 
 
 def test_a_fit_that_has_not_converged_is_no_answer(monkeypatch):

@@ -58,6 +58,17 @@ class TestRefits:
         assert len(where) == 180
         assert (np.diff(where) > 0).all()
 
+    def test_each_level_is_a_draw_of_its_own(self):
+        """The frames of a high level are no part of those of a lower one."""
+        kept = {}
+
+        def watch(part):
+            kept[len(part.points)] = set(part.points[:, 0, 0].tolist())
+            return fit_clip(part)
+
+        refits(short_clip(), watch, 0, [50, 90], seed=0)
+        assert not kept[30] <= kept[150]
+
     def test_a_level_that_cannot_be_fitted_has_no_answers(self):
         """One frame of a hundred is left: no joint is to be found in it."""
         clip = replace(short_clip(), points=short_clip().points[:100])

@@ -210,3 +210,17 @@ class TestClusters:
             near, far = rng.normal(size=(100 - count, 3)), rng.normal(size=(count, 3)) + 100
             label = clusters(np.concatenate([near, far]), np.ones(100), [0] * 100)
             assert len(set(label.tolist())) == parts
+
+    def test_places_that_differ_by_rounding_are_one(self):
+        place = np.array([0.1, 0.2, 0.3])
+        both = np.concatenate([np.tile(place, (5, 1)), np.tile(np.nextafter(place, 1), (5, 1))])
+        assert (clusters(both, np.ones(10), [0] * 5 + [1] * 5) == 0).all()
+
+    def test_answers_of_many_samples_decide_where_those_of_few_lie_anywhere(self):
+        rng = np.random.default_rng(8)
+        near = rng.normal(0, 0.001, (80, 3)) + np.repeat([[0.0, 0, 0], [0.1, 0, 0]], 40, axis=0)
+        anywhere = np.column_stack([np.linspace(-0.5, 0.5, 60), np.zeros(60), np.zeros(60)])
+        samples = np.array([900.0] * 80 + [10.0] * 60)
+        label = clusters(np.concatenate([near, anywhere]), samples, [0] * 140)
+        assert len(set(label[:40].tolist())) == len(set(label[40:80].tolist())) == 1
+        assert label[0] != label[40]
