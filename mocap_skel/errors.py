@@ -12,7 +12,20 @@ from typing import Any, Self
 
 
 class MocapSkelError(Exception):
-    """A problem that the user can act on: one readable message, and a hint on what to do."""
+    """A problem that the user can act on: one readable message, and a hint on what to do.
+
+    Attributes:
+        message: what is wrong, one line.
+        hint: what to do about it; None where there is nothing to say.
+
+    Example:
+        >>> from mocap_skel import MocapSkelError, read_association
+        >>> try:
+        ...     read_association("cmo")
+        ... except MocapSkelError as error:
+        ...     print(error.message, error.hint, sep="; ")
+        cmo: no such association file; did you mean cmu?
+    """
 
     def __init__(self, message: str, hint: str | None = None) -> None:
         super().__init__(message)
@@ -60,10 +73,10 @@ class FitError(MocapSkelError):
 
 
 class RootError(FitError):
-    """The root of the figure is not seen.
+    """Too few markers of the figure's root are seen, so that no segment has a place.
 
     Attributes:
-        seen: the segments that are, and that could be a root.
+        seen: the segments that are seen, and that could be a root.
     """
 
     def __init__(self, message: str, hint: str | None = None, seen: tuple[str, ...] = ()) -> None:
