@@ -253,7 +253,7 @@ class _Walk:
             found.append(f"joints from anatomy alone: {listed(guessed, 20)}")
         unknown = [j.joint for j in self.joints if j.fitted and j.shown == "no" and not j.landmarks]
         if unknown:
-            found.append(f"place holders, no joint centres (known: no): {listed(unknown, 20)}")
+            found.append(f"place holders, no joint centres (shown: no): {listed(unknown, 20)}")
         if self.calibrated:
             found.append(f"from the calibration: {listed(self.calibrated, 20)}")
         elif self.calibration is not None:

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from mocap_skel.pipeline.job import Job
 
 
-def run(clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool) -> int:
+def run(
+    clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool, wide: bool = False
+) -> int:
     """Do the job for every clip and print what came of it; one that fails does not stop the others.
 
     Returns:
@@ -56,7 +58,7 @@ def run(clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool) -> int
             if as_json:
                 _print_json(clip, done)
             else:
-                _print_tables(clip, done)
+                _print_tables(clip, done, wide)
     if not failures:
         return 0
     if written:
@@ -104,10 +106,13 @@ def _print_json(path: Path, done: Done) -> None:
             say(json.dumps({"clip": str(path), "subject": fit.subject, **row}, allow_nan=False))
 
 
-def _print_tables(path: Path, done: Done) -> None:
-    from mocap_skel.report.terminal import joint_table
+def _print_tables(path: Path, done: Done, wide: bool) -> None:
+    from mocap_skel.report.terminal import joint_table, sentence
+    from mocap_skel.results.tables import joint_rows
     from mocap_skel.results.verdict import verdict
 
     for fit in done.fits:
-        say("\n".join([joint_table(fit, str(path)), *verdict(fit)]))
+        say(joint_table(fit, str(path), wide=wide))
+        for words in verdict(fit, joint_rows(fit)):
+            say(sentence(words))
     say(f"wrote {', '.join(str(file) for file in done.files)}")

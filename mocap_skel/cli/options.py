@@ -187,6 +187,7 @@ calibration = click.option(
     help="What other clips of the actor know of the joints, from mocap-skel calibrate; the clip's own "
     "movement adds to it.",
 )  # fmt: skip
+figures = click.option("--figures/--no-figures", default=True, show_default=True, help="Draw them.")
 seed = click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is drawn."
 )
@@ -203,6 +204,9 @@ folder = click.option(
     type=Folder(path_type=Path), help="Folder for the results.",
 )  # fmt: skip
 overwrite = click.option("--overwrite", is_flag=True, help="Replace result files that exist.")
+wide = click.option(
+    "--wide", is_flag=True, help="All columns of the joint table, in lines of any length."
+)
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON lines, not a table.")
 _RIG = (
     click.option(
@@ -260,3 +264,4 @@ which = _together(association, skeleton, subject)
 pure_estimation = _together(sigma, pose, method, noise)
 estimation = _together(pure_estimation, prior, calibration)
 reading = _together(unit, rate, salvage)
+findings = _together(figures, folder, overwrite, as_json, quiet)

@@ -1,4 +1,4 @@
-"""The skeleton in one frame or a few: thesis figure 25, with what is known of every joint."""
+"""The skeleton in one frame or several (thesis figure 25), with verdict and error of every joint."""
 
 from __future__ import annotations
 
@@ -12,13 +12,12 @@ from mocap_skel.clip import AXES
 from mocap_skel.joints.centre import JointFit
 from mocap_skel.report.ellipsoid import ERRORS, ellipsoid
 from mocap_skel.report.figures import figure, plain
+from mocap_skel.report.looks import LOOKS
 from mocap_skel.report.view import View, view_of
 from mocap_skel.results.series import Tracks, side
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
 
-# Verdict → colour (Okabe & Ito) and shape, so that none needs the colour alone.
-VERDICT_LOOK = {"yes": ("#0072B2", "o"), "weak": ("#E69F00", "D"), "no": ("#D55E00", "s")}
 BONE_GREYS = {"right": "0.15", "left": "0.55", "": "0.35"}
 MARKER_COLOUR = "#009E73"
 # Semi-axes longer than this share of the figure's size hide it: they are cut, and it is said.
@@ -203,17 +202,27 @@ def _actor(axes: Any, actor: Actor, frame: int, scene: _Scene, kinds: set[str]) 
         at = joint.track[frame]
         if not np.isfinite(at).all():
             continue
-        colour, mark = VERDICT_LOOK[joint.shown]
         flat = scene.view.project(at)
         order = 6 + _nearness(scene, at)
         if _ellipse(axes, actor.fit, joint, frame, scene, order):
             cut.append(joint.joint)
         axes.plot(
-            *flat, marker=mark, color=colour, markersize=6 * scene.detail, markeredgecolor="white",
-            markeredgewidth=0.6, zorder=order, linestyle="none",
-        )  # fmt: skip
+            *flat, markersize=6 * scene.detail, zorder=order, linestyle="none", **_ball(joint.shown)
+        )
         kinds |= {joint.shown, "ellipse"}
     return cut
+
+
+def _ball(verdict: str) -> dict[str, Any]:
+    """A joint's mark in the colour of its verdict."""
+    look = LOOKS[verdict]
+    return {
+        "marker": look.mark,
+        "color": look.colour,
+        "markerfacecolor": look.colour if look.filled else "white",
+        "markeredgecolor": "white" if look.filled else look.colour,
+        "markeredgewidth": 0.6 if look.filled else 1.5,
+    }
 
 
 def _nearness(scene: _Scene, point: Array) -> float:
@@ -314,7 +323,7 @@ def _ellipse(
     cut = bool(half.max() > scene.cap)
     half = np.minimum(half, scene.cap)
     (long, short), angle = scene.view.ellipse((vectors * half**2) @ vectors.T)
-    colour = VERDICT_LOOK[joint.shown][0]
+    colour = LOOKS[joint.shown].colour
     place = tuple(scene.view.project(joint.track[frame]))
     shape = {"xy": place, "width": 2 * long, "height": 2 * short, "angle": angle}
     axes.add_patch(Ellipse(**shape, facecolor=colour, alpha=0.15, linewidth=0, zorder=order - 1.5))
@@ -376,12 +385,12 @@ def _legend(drawn: Any, kinds: set[str], small: bool) -> None:
     from matplotlib.patches import Patch
 
     entries: list[Any] = []
-    for verdict, (colour, mark) in VERDICT_LOOK.items():
+    for verdict in LOOKS:
         if verdict in kinds:
+            label = f"joint, shown: {verdict}"
             entries.append(
-                Line2D([], [], linestyle="none", marker=mark, color=colour, markersize=6,
-                       label=f"joint, known: {verdict}")
-            )  # fmt: skip
+                Line2D([], [], linestyle="none", markersize=6, label=label, **_ball(verdict))
+            )
     if "ellipse" in kinds:
         entries.append(
             Patch(facecolor="0.85", edgecolor="0.4", label=f"{ERRORS:g} s.e. of its centre")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +13,7 @@ from mocap_skel.clip import AXES, Clip
 from mocap_skel.joints.centre import VERDICTS, JointFit
 from mocap_skel.labels.association import Assignment
 from mocap_skel.report.ellipsoid import ellipsoid
+from mocap_skel.report.view import first_front
 from mocap_skel.rig.gaps import runs
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
@@ -64,8 +64,8 @@ def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
     positions = np.stack(points, axis=1)[::every]
     middle = _middle(positions)
     step = step_of(positions - middle)
-    shown = [fit.segments[name].pose.rotation[::every, :, :2] for name in parents]
-    axes = np.stack(shown, axis=1) if shown else np.empty((len(positions), 0, 3, 2))
+    rotations = [fit.segments[name].pose.rotation[::every, :, :2] for name in parents]
+    axes = np.stack(rotations, axis=1) if rotations else np.empty((len(positions), 0, 3, 2))
     rows = np.concatenate(
         [
             steps_of(positions - middle, step).reshape(len(positions), -1),
@@ -82,7 +82,7 @@ def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
         "rate": float(clip.rate),
         "up": AXES.index(fit.up),
         "floor": _floor(positions[..., AXES.index(fit.up)]),
-        "front": _front(tracks, fit),
+        "front": np.round(first_front(fit), 4).tolist(),
         "step": step,
         "middle": np.round(middle, 6).tolist(),
         "points": len(points),
@@ -177,28 +177,12 @@ def _floor(heights: Array) -> float:
     return 0.0 if -0.05 < lowest < 0.15 else round(lowest, 3)
 
 
-def _front(tracks: Mapping[str, Array], fit: SkeletonFit) -> list[float]:
-    """The horizontal direction (3,) that the figure faces when it is first seen, by left and right."""
-    up = np.eye(3)[AXES.index(fit.up)]
-    sides = [
-        track - tracks["Left" + name.removeprefix("Right")]
-        for name, track in tracks.items()
-        if name.startswith("Right") and "Left" + name.removeprefix("Right") in tracks
-    ]
-    across = np.concatenate([side[np.isfinite(side[:, 0])][:1] for side in sides] or [up[None]])
-    front = np.cross(up, across.sum(axis=0))
-    size = float(np.linalg.norm(front))
-    if size < 1e-6:
-        front, size = np.roll(up, 1), 1.0
-    return [float(v) for v in np.round(front / size, 4)]
-
-
 def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, Any]:
     """One joint, with the ellipsoid of its centre along the axes of its parent's frame."""
     about: dict[str, Any] = {
         "name": joint.joint,
         "point": names.index(joint.joint),
-        "trust": joint.shown if joint.fitted else "none",
+        "shown": joint.shown if joint.fitted else "none",
         "why": joint.reason,
         "spokes": list(joint.markers),
         "child": joint.child,
@@ -216,7 +200,7 @@ def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, A
 
 def _bones(fit: SkeletonFit, names: list[str]) -> list[dict[str, Any]]:
     """Lines from each segment's own joint to the joints and the end that hang on it."""
-    trust = {j.joint: j.shown if j.fitted else "no" for j in fit.joints}
+    shown = {j.joint: j.shown if j.fitted else "no" for j in fit.joints}
     bones = []
     for segment in fit.skeleton.segments:
         start = segment.joint or segment.name
@@ -224,6 +208,6 @@ def _bones(fit: SkeletonFit, names: list[str]) -> list[dict[str, Any]]:
         if not ends and segment.name in names and segment.joint:
             ends = [segment.name]
         for end in ends:
-            worst = min(trust.get(start, "yes"), trust.get(end, "yes"), key=VERDICTS.index)
-            bones.append({"from": names.index(start), "to": names.index(end), "trust": worst})
+            worst = min(shown.get(start, "yes"), shown.get(end, "yes"), key=VERDICTS.index)
+            bones.append({"from": names.index(start), "to": names.index(end), "shown": worst})
     return bones

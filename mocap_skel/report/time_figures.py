@@ -39,8 +39,8 @@ def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
                 _line(axes, fit.time, track, look[0], joints[i].shown == "no")
             _limits(axes, np.concatenate(tracks), _LEAST_SPAN, 0.0)
             _tidy(axes)
-        known = {side(joints[i].joint): joints[i].shown for i in members}
-        told = ", ".join(f"{key[0].upper()} {v}" if key else v for key, v in known.items())
+        shown = {side(joints[i].joint): joints[i].shown for i in members}
+        told = ", ".join(f"{key[0].upper()} {v}" if key else v for key, v in shown.items())
         row[0].set_ylabel(f"{plain(name)}\n({told})", fontsize=8)
     for d, axes in enumerate(grid[0]):
         up = " (up)" if AXES[d] == fit.up else ""
@@ -48,12 +48,12 @@ def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
     for axes in grid[-1]:
         axes.set_xlabel("time (s)", fontsize=8)
     drawn.suptitle(_titled("Joint centres", actor, title), fontsize=11, x=0.01, ha="left")
-    _side_legend(
-        drawn, [joint.joint for joint in joints], "known: no (the movement does not show it)"
-    )
+    _side_legend(drawn, [joint.joint for joint in joints], "shown: no (not by the movement)")
     missing = [joint.joint for joint in fit.joints if joint not in joints]
     return drawn, _caption(
-        actor, "in brackets: is the joint known", missing and f"not seen: {listed(missing, 14)}"
+        actor,
+        "in brackets: does the movement show the joint",
+        missing and f"not seen: {listed(missing, 14)}",
     )
 
 

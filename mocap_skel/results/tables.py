@@ -51,10 +51,11 @@ def point_columns(fit: SkeletonFit) -> dict[str, NDArray[Any]]:
     }
 
 
+# `determined` is the old name of `shown`: it has the same value, stays for one release, and goes then.
 JOINT_COLUMNS = (
     "joint", "parent", "child", "x", "y", "z", "se_x", "se_y", "se_z", "markers", "samples",
-    "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "determined",
-    "method", "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference",
+    "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "shown", "method",
+    "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference", "determined",
 )  # fmt: skip
 
 
@@ -95,7 +96,7 @@ def _joint_row(joint: JointFit, bone: tuple[float, float, float]) -> dict[str, A
         joint.samples, _number(joint.effective, 1), [_number(r) for r in joint.radius],
         _number(joint.residual), _number(joint.sigma), _number(joint.weakest_sd),
         _number(np.degrees(joint.angle), 2), joint.shown, joint.method, joint.reason,
-        _number(joint.share, 3), prior, *(_number(value) for value in bone),
+        _number(joint.share, 3), prior, *(_number(value) for value in bone), joint.shown,
     )  # fmt: skip
     return dict(zip(JOINT_COLUMNS, values, strict=True))
 

@@ -34,7 +34,8 @@ def answer_rows(summary: Summary, answers: Iterable[Answer]) -> list[Row]:
 def mean_rows(groups: Iterable[Group], verdicts: Mapping[str, str]) -> list[Row]:
     """The thesis's table 2, metres; a joint of several answers has a row for each.
 
-    `known` is the verdict of the whole clip: where it is "no", the scatter is that of a place holder.
+    `shown` says whether the movement of the whole clip shows the joint. Where it is "no", the scatter
+    is that of a place holder.
     """
     return [
         {
@@ -42,7 +43,7 @@ def mean_rows(groups: Iterable[Group], verdicts: Mapping[str, str]) -> list[Row]
             "cluster": g.cluster,
             "answers": g.answers,
             **_axes("mean", g.mean),
-            "known": verdicts.get(g.joint, ""),
+            "shown": verdicts.get(g.joint, ""),
             "method": g.method,
             "frame": g.frame,
         }
@@ -66,7 +67,7 @@ def deviation_rows(groups: Iterable[Group]) -> list[Row]:
 
 def law_rows(laws: Iterable[Law], verdicts: Mapping[str, str]) -> list[Row]:
     """The power law of each joint's deviations, metres, with the verdict of the whole clip."""
-    return [{**asdict(law), "known": verdicts.get(law.joint, "")} for law in laws]
+    return [{**asdict(law), "shown": verdicts.get(law.joint, "")} for law in laws]
 
 
 def trial_rows(trials: Iterable[Trial]) -> list[Row]:

@@ -33,7 +33,7 @@ def test_json_is_one_object_a_joint_on_standard_output_alone(tmp_path):
     rows = [json.loads(line) for line in done.stdout.splitlines()]
     assert [row["joint"] for row in rows][:3] == ["Waist", "Neck", "RightShoulder"]
     assert len(rows) == 14
-    assert all(row["determined"] == "yes" for row in rows)
+    assert all(row["shown"] == "yes" for row in rows)
     assert rows[0]["clip"] == str(ROM)
 
 
@@ -204,7 +204,7 @@ def test_swapped_markers_are_not_called_known(tmp_path):
     done = run("fit", ROM, "--assoc", "map.txt", "--json", cwd=tmp_path)
     rows = {row["joint"]: row for row in map(json.loads, done.stdout.splitlines())}
     for joint in ("LeftHip", "RightHip"):
-        assert rows[joint]["determined"] == "weak"
+        assert rows[joint]["shown"] == "weak"
         assert "swapped or wrongly assigned?" in rows[joint]["reason"]
 
 

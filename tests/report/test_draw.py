@@ -23,7 +23,8 @@ from mocap_skel.artificial import (
     range_of_motion,
     record,
 )
-from mocap_skel.report.pose_figures import ERRORS, VERDICT_LOOK, Actor, pose_figure
+from mocap_skel.report.looks import LOOKS
+from mocap_skel.report.pose_figures import ERRORS, Actor, pose_figure
 from mocap_skel.report.time_figures import bones_figure, residuals_figure, tracks_figure
 from mocap_skel.report.view import VIEWS, view_of
 from mocap_skel.results.series import (
@@ -160,7 +161,7 @@ class TestPose:
         drawn, caption = pose_figure([actor], [frame], "oblique", "a $name_ of a file")
         (axes,) = drawn.axes
         marks = [line for line in axes.lines if line.get_linestyle() == "None"]
-        colours = [colour for colour, _ in VERDICT_LOOK.values()]
+        colours = [look.colour for look in LOOKS.values()]
         assert sum(line.get_color() in colours for line in marks) == 14
         points = sum(len(line.get_xdata()) for line in marks if line.get_color() not in colours)
         seen = sum(np.isfinite(t[frame, 0]) for m in actor.markers.values() for t in m.values())

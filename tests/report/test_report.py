@@ -18,8 +18,9 @@ from recordings import ASSOCIATIONS, SAMPLES, clip_of, known
 from mocap_skel import associate, fit_skeleton, read_clip
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
 from mocap_skel.report.coverage import RADIUS, flattened
-from mocap_skel.report.html import Shown, page
+from mocap_skel.report.html import PageContent, page
 from mocap_skel.report.scene import MISSING, MOST_STEPS, STEP, pack, step_of, steps_of, unpack
+from mocap_skel.results.tables import joint_rows
 from mocap_skel.results.verdict import verdict
 
 NASTY = '</script><img src=x onerror=alert(1)>\u202e"&\ud800'
@@ -30,7 +31,7 @@ def shown_of(clip, association="cmu"):
     found = known(association)
     assignment = associate(clip, found)[0]
     fit = fit_skeleton(clip, assignment, found.skeleton)
-    return Shown(clip, assignment, fit, ("read <well>",), "mocap-skel report")
+    return PageContent(clip, assignment, fit, ("read <well>",), "mocap-skel report")
 
 
 @cache
@@ -134,7 +135,7 @@ def test_the_policy_lets_nothing_run_but_the_viewer_and_nothing_load():
 def test_the_page_has_verdict_table_notes_and_facts():
     one = shown("two_dancers")
     html = page(one)
-    sentences = "<br>".join(escape(sentence) for sentence in verdict(one.fit))
+    sentences = "<br>".join(escape(sentence) for sentence in verdict(one.fit, joint_rows(one.fit)))
     assert f'<p id="verdict">{sentences}</p>' in html
     for joint in one.fit.joints:
         assert f"<button>{joint.joint}</button>" in html

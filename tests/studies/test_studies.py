@@ -553,8 +553,8 @@ class TestResampleStudy:
         found = study(path, tmp_path / "out", Resampling(1, 3))
         assert "3 refits" in found.words[0] and "1 pass," in found.words[0]
         assert found.words[1] == "1 of them could not be fitted"
-        known_as = {row["joint"]: row["known"] for row in found.tables["means"]}
-        assert "RightWrist" not in known_as and known_as["LeftWrist"] == "yes"
+        shown = {row["joint"]: row["shown"] for row in found.tables["means"]}
+        assert "RightWrist" not in shown and shown["LeftWrist"] == "yes"
         rows = [row for row in found.tables["answers"] if row["joint"] == "RightWrist"]
         empty = [(row["samples"], row["cluster"], row["deviation"]) for row in rows]
         assert empty == [(0, None, None)] * 2
