@@ -85,7 +85,8 @@ export class Stage {
     const away = {
       front: front.clone().addScaledVector(this.up, 0.05),
       side: right.clone().addScaledVector(this.up, 0.05),
-      top: this.up.clone().addScaledVector(front, 0.001),
+      // From a little behind, so that its front is up.
+      top: this.up.clone().addScaledVector(front, -0.001),
       start: front.clone().addScaledVector(right, 0.7).addScaledVector(this.up, 0.33),
     }[from].normalize();
     const narrow = Math.min(1, 1.25 * this.camera.aspect);
