@@ -1,4 +1,4 @@
-"""mocap-skel assoc check: whether markers move with the segments that an association gives them."""
+"""mocap-skel assoc check: find markers that do not move with the segment that they are given to."""
 
 from __future__ import annotations
 

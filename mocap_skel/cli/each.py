@@ -1,4 +1,4 @@
-"""The clips of a call one by one: fitted, written, shown; and the exit code that comes of all."""
+"""Do the job of a call for each of its clips, print the results, and find the exit code."""
 
 from __future__ import annotations
 
@@ -23,6 +23,13 @@ def run(
     clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool, wide: bool = False
 ) -> int:
     """Do the job for every clip and print what came of it; one that fails does not stop the others.
+
+    Args:
+        clips: the files, one or more.
+        job: what to do with each.
+        as_json: print JSON lines, not tables.
+        quiet: print no notes.
+        wide: all columns of the joint table.
 
     Returns:
         The exit code. Without `job.folder` the one clip's result goes to standard output.
@@ -69,7 +76,11 @@ def run(
 
 
 def check_names(clips: tuple[Path, ...]) -> None:
-    """Two clips of one name would write the same files: better said before any work."""
+    """Refuse two clips of one name, before any work: they would write the same files.
+
+    Raises:
+        CallError: there are two.
+    """
     seen: dict[str, Path] = {}
     for clip in clips:
         if clip.stem in seen:

@@ -1,4 +1,4 @@
-"""From the options that several commands share to a clip with its association, or to a `Job`."""
+"""What the shared options of a command say: read the clip and association, or make the `Job`."""
 
 from __future__ import annotations
 
@@ -54,7 +54,11 @@ def looked_at(path: Path, told: Looked) -> tuple[Clip, Association | None]:
 
 
 def job_of(told: Told, **more: Any) -> Job:
-    """The job; `more` are fields of it. A command without --prior fits by the movement alone.
+    """Make the job of a command that fits.
+
+    Args:
+        told: the options. A command without --prior fits by the movement alone.
+        more: other fields of the job.
 
     Raises:
         CallError: options that do not go together.

@@ -181,7 +181,7 @@ def _where(how: _How, unit: str, workers: int | None = None) -> Where:
 
 
 def _show(found: Findings, tables: dict[str, str], as_json: bool) -> int:
-    """The findings in words and as tables, or as JSON lines: the rows of every table but the largest."""
+    """Print the findings as sentences and tables, or the rows of the tables as JSON lines; the exit code."""
     if as_json:
         for name in tables.values():
             for row in found.tables[name]:
@@ -198,5 +198,5 @@ def _show(found: Findings, tables: dict[str, str], as_json: bool) -> int:
 
 
 def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    """A number that is none is null."""
+    """A row for JSON: NaN becomes None."""
     return {key: None if value != value else value for key, value in row.items()}

@@ -55,7 +55,7 @@ class PageContent:
 
 
 def page(content: PageContent) -> str:
-    """The whole page."""
+    """The text of the whole page, one HTML file that loads nothing."""
     fit = content.fit
     made = scene(content.clip, content.assignment, fit)
     style, script = style_of_verdicts() + _asset("style.css"), _asset("viewer.bundle.js")
@@ -84,10 +84,13 @@ def page(content: PageContent) -> str:
 
 
 def text(value: object) -> str:
-    """Anything as HTML text or attribute; what has no place in either is shown as �.
+    """Any value as text that is safe in HTML, between tags or in an attribute.
 
     Control characters, halves of surrogate pairs and the marks that turn the direction of writing round
-    could make a label look like what it is not.
+    could make a label look like what it is not: each of them becomes �.
+
+    >>> text("<b> & \u202e")
+    '&lt;b&gt; &amp; �'
     """
     return escape("".join(_plain(c) for c in str(value)))
 
@@ -97,7 +100,7 @@ def _plain(c: str) -> str:
 
 
 def _json(value: object) -> str:
-    """JSON that no HTML parser takes for anything else: ASCII without < > &."""
+    """JSON in ASCII without < > &, so that an HTML parser finds no tag in it."""
     dumped = json.dumps(value, allow_nan=False, separators=(",", ":"))
     return dumped.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -111,7 +114,7 @@ def _hash(inline: str) -> str:
 
 
 def _verdict(fit: SkeletonFit) -> str:
-    """The first line of the page, in plain words."""
+    """The sentences at the top of the page: which joints to trust, what to film."""
     return "<br>".join(text(sentence) for sentence in verdict(fit, joint_rows(fit)))
 
 

@@ -1,4 +1,4 @@
-"""A fit and its markers as a browser plays them: names and colours as JSON, movement as packed numbers."""
+"""A fit and its markers as the page's viewer needs them: names as JSON, movement as packed numbers."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ LARGEST = 0.10
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What the viewer gets.
+    """The data that the page's viewer gets.
 
     Attributes:
         about: names, links and constants, ready for JSON.
@@ -49,7 +49,7 @@ class Scene:
 
 
 def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
-    """The moving figure, its markers, and the ellipsoids of its joint centres.
+    """Collect the moving figure, its markers, and the ellipsoids of its joint centres.
 
     Args:
         clip: the recording.
@@ -97,7 +97,11 @@ def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
 
 
 def step_of(away: Array) -> float:
-    """The smallest step, 0.1 mm or more, that takes all of these lengths in 16 bits."""
+    """The smallest step (0.1 mm, 0.2 mm, 0.4 mm ...) in which all these lengths fit 16 bits; metres.
+
+    >>> step_of(np.array([3.0])), step_of(np.array([5.0]))
+    (0.0001, 0.0002)
+    """
     longest = np.abs(np.where(np.isfinite(away), away, 0.0)).max(initial=0.0)
     step = STEP
     while longest > step * MOST_STEPS:
@@ -106,13 +110,13 @@ def step_of(away: Array) -> float:
 
 
 def steps_of(values: Array, step: float) -> NDArray[np.int16]:
-    """Values in whole steps, `MISSING` where there is none."""
+    """Values as whole numbers of steps; NaN becomes `MISSING`."""
     known = np.isfinite(values)
     return np.where(known, np.rint(np.where(known, values, 0.0) / step), MISSING).astype(np.int16)
 
 
 def pack(rows: NDArray[np.int16]) -> bytes:
-    """Rows (row, frames) of 16 bits, small for a smooth movement.
+    """Compress rows (row, frames) of 16 bits; smooth movements become small.
 
     Each row as its differences from frame to frame (modulo 2**16), all low bytes before all high ones,
     compressed by zlib.
@@ -124,7 +128,7 @@ def pack(rows: NDArray[np.int16]) -> bytes:
 
 
 def unpack(packed: bytes, frames: int) -> NDArray[np.int16]:
-    """The inverse of `pack`, as the viewer does it."""
+    """Undo `pack`, in the way in which the viewer does it."""
     low, high = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(2, -1, frames)
     steps = low.astype(np.uint16) | (high.astype(np.uint16) << 8)
     return np.cumsum(steps, axis=1, dtype=np.uint16).astype(np.int16)
@@ -163,7 +167,7 @@ def _markers(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> list[dict[
 
 
 def _middle(positions: Array) -> Array:
-    """(points, 3): the middle between the ends of each track's way along each axis."""
+    """(points, 3) the middle between the lowest and the highest place of each track along each axis."""
     known = np.isfinite(positions)
     low = np.where(known, positions, np.inf).min(axis=0)
     high = np.where(known, positions, -np.inf).max(axis=0)
@@ -171,7 +175,7 @@ def _middle(positions: Array) -> Array:
 
 
 def _floor(heights: Array) -> float:
-    """The height of the floor: 0 where that is about as low as the figure comes, else that."""
+    """The height of the floor: 0 if the figure comes about as low as that, else its lowest height."""
     known = heights[np.isfinite(heights)]
     lowest = float(np.quantile(known, 0.001)) if known.size else 0.0
     return 0.0 if -0.05 < lowest < 0.15 else round(lowest, 3)
@@ -199,7 +203,7 @@ def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, A
 
 
 def _bones(fit: SkeletonFit, names: list[str]) -> list[dict[str, Any]]:
-    """Lines from each segment's own joint to the joints and the end that hang on it."""
+    """Lines from each segment's own joint to the joints of its children, or to its end point."""
     shown = {j.joint: j.shown if j.fitted else "no" for j in fit.joints}
     bones = []
     for segment in fit.skeleton.segments:

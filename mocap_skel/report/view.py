@@ -1,4 +1,4 @@
-"""Where a figure is looked at from: parallel projection along directions that the figure itself gives."""
+"""From where a figure is looked at: by its own front and right, for pictures and for the page."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SCATTERED = 0.3
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A parallel projection.
+    """A parallel projection of the lab onto a picture.
 
     Attributes:
         axes: (3, 3), rows: the picture's right, its up, and the direction towards the viewer, in the lab.
@@ -42,10 +42,13 @@ class View:
         return np.asarray(points @ self.axes[2])
 
     def ellipse(self, matrix: Array) -> tuple[Array, float]:
-        """Semi-axes (2,), the long one first, and its direction in degrees, of an ellipsoid's outline.
+        """The ellipse that is the outline of an ellipsoid in the picture.
 
         Args:
             matrix: (3, 3), such that the ellipsoid is {x: xᵀ matrix⁻¹ x ≤ 1}; may be singular.
+
+        Returns:
+            Its semi-axes (2,), the long one first, and the direction of the long one in degrees.
         """
         values, vectors = np.linalg.eigh(self.axes[:2] @ matrix @ self.axes[:2].T)
         angle = float(np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1])))
@@ -53,7 +56,7 @@ class View:
 
 
 def view_of(name: str, fits: Sequence[SkeletonFit], frames: Sequence[int]) -> View:
-    """The view of figures in some frames.
+    """A view of the figures in some frames, by their own front and right.
 
     Args:
         name: one of `VIEWS`. "side" is from the figure's right, "top" has its front up.

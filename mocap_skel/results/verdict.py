@@ -30,12 +30,22 @@ def verdict(fit: SkeletonFit, rows: Sequence[Mapping[str, Any]]) -> tuple[str, .
     Returns:
         One sentence each. "Known to 2 cm (95 %)" is about the error of a joint's centre: two standard errors in
         the direction in which it is known least. A figure without joints has no sentence.
+
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
+    >>> from mocap_skel.results.tables import joint_rows
+    >>> clip, association = read_clip("sample_data/range_of_motion.c3d"), read_association("cmu", "lower_body")
+    >>> fit = fit_skeleton(clip, associate(clip, association)[0], association.skeleton)
+    >>> verdict(fit, joint_rows(fit))
+    ('Known to 2 cm (95 %): both hips, both knees, both ankles.',)
     """
     return (*_trust(fit), *_sides(rows), *_movements(fit))
 
 
 def error_95(joint: JointFit) -> float:
-    """Two standard errors in the direction in which the joint is known least, metres; inf without a fit."""
+    """Two standard errors of a joint's centre in the direction in which it is known least.
+
+    Metres; infinite for a joint that could not be fitted.
+    """
     return 2.0 * joint.worst_error if joint.fitted else float("inf")
 
 
@@ -63,7 +73,7 @@ def _trust(fit: SkeletonFit) -> Iterator[str]:
 
 
 def _joints(names: list[str]) -> str:
-    """Names, those of both sides as one."""
+    """Names of joints as a list; both sides of one are named together: both knees."""
     groups = by_sides(names)
     return listed(
         [
@@ -75,7 +85,7 @@ def _joints(names: list[str]) -> str:
 
 
 def _words(name: str) -> str:
-    """LeftKnee as left knee, ThumbCMC as thumb CMC."""
+    """A joint's name as words: LeftKnee → left knee, ThumbCMC → thumb CMC."""
     parts = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|_", " ", name).split()
     return " ".join(part if part.isupper() else part.lower() for part in parts)
 
