@@ -180,6 +180,34 @@ def test_the_page_has_verdict_table_notes_and_facts():
         assert note.split(":")[0] in html
 
 
+def test_the_facts_are_those_of_this_subject():
+    one = shown("two_dancers")
+    points = one.clip.points.copy()
+    own = next(iter(one.assignment.columns["Head"].values()))
+    others = [i for i, subject in enumerate(one.clip.subjects) if subject != one.fit.subject]
+    # Half of the samples of one of 41 markers; and all of the other subject's.
+    points[:350, own] = np.nan
+    points[:, others] = np.nan
+    html = page(
+        dataclasses.replace(
+            one, clip=dataclasses.replace(one.clip, points=points), decided=("twice", "twice")
+        )
+    )
+    assert f"<dd>{one.fit.subject}</dd>" in html
+    assert "<dd>41 assigned, 1.2 % of their samples missing</dd>" in html
+    assert html.count("<li>twice</li>") == 1
+
+
+def test_a_row_a_map_and_a_joint_of_the_figure_have_one_number():
+    one = shown("two_dancers")
+    html = page(one)
+    names = [joint["name"] for joint in json.loads(block(html, "scene"))["joints"]]
+    for tag, end in (("tr", "</button>"), ("figure", "</b>")):
+        found = re.findall(rf'<{tag}[^>]* data-joint="(\d+)">.*?<b(?:utton)?>(\w+){end}', html)
+        assert len(found) == 14
+        assert all(names[int(number)] == name for number, name in found)
+
+
 def luminance(colour):
     """Relative luminance of a colour #rrggbb, WCAG 2.1."""
     parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255

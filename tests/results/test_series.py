@@ -1,8 +1,11 @@
 """What a fit is against time: bone lengths, radial residuals, gaps, the frame to draw."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from actors import SIGMA, actor, actor_of, film, recording
+from handmade import FRAMES, fit_of, joint
 from recordings import clip_of
 
 from mocap_skel.artificial import Swap
@@ -68,3 +71,21 @@ def test_the_frame_to_draw_is_the_middlemost_of_those_in_which_most_is_seen():
     middle = (len(missing) - 1) / 2
     assert missing[frame] == missing.min()
     assert abs(frame - middle) <= np.abs(best - middle).min()
+
+
+def test_errors_are_distances_less_their_mean_and_directions_point_at_the_markers():
+    """By hand: the parent's frame is the lab's, the centre at (0, 0, 1)."""
+    hip = replace(joint("Hip", at=(0.0, 0.0, 1.0)), markers=("A", "B"))
+    a = np.array([[0, 0, 3], [0, 0, 3], [0, 0, 3], [0, 0, 5], [np.nan] * 3], dtype=float)
+    b = np.array([[1, 0, 1]] * FRAMES, dtype=float)
+    (one,) = radial(fit_of(hip), {hip.child: {"B": b, "A": a, "C": 9 * a}})
+    assert one.joint is hip
+    # A is 2, 2, 2 and 4 from the centre, 2.5 in the mean; B stays at 1.
+    np.testing.assert_allclose(one.errors[:, 0], [-0.5, -0.5, -0.5, 1.5, np.nan])
+    np.testing.assert_allclose(one.errors[:, 1], 0.0, atol=1e-15)
+    np.testing.assert_allclose(one.directions[:4, 0], [[0, 0, 1]] * 4)
+    np.testing.assert_allclose(one.directions[:, 1], [[1, 0, 0]] * FRAMES)
+
+
+def test_a_joint_without_markers_of_its_own_is_left_out():
+    assert radial(fit_of(joint("Hip")), {}) == ()

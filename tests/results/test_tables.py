@@ -25,12 +25,12 @@ def with_lengths(side, *lengths):
 
 
 def test_a_bones_length_is_its_median_and_its_scatter_the_standard_deviation():
-    left = with_lengths("Left", 0.40, 0.42, 0.44, np.nan, 0.42)
+    left = with_lengths("Left", 0.40, 0.42, 0.46, np.nan, 0.42)
     right = with_lengths("Right", 0.40, 0.40, 0.40, 0.40, 0.40)
     rows = {row["joint"]: row for row in joint_rows(fit_of(*left, *right))}
     ankle, other = rows["LeftAnkle"], rows["RightAnkle"]
-    # Of 40, 42, 44 and 42 cm the median is 42; deviations of 2, 0, 2, 0 cm: √(8/4) = 1.414214 cm.
-    assert (ankle["bone"], ankle["bone_sd"]) == (0.42, 0.014142)
+    # Of 40, 42, 46 and 42 cm the median is 42 and the mean 42.5: √((2.5² + 0.5² + 3.5² + 0.5²) / 4) = 2.179449 cm.
+    assert (ankle["bone"], ankle["bone_sd"]) == (0.42, 0.021794)
     assert (other["bone"], other["bone_sd"]) == (0.40, 0.0)
     # 2 cm of the mean 41 cm; the longer side is the positive one.
     assert ankle["side_difference"] == 0.04878 == -other["side_difference"]

@@ -86,6 +86,15 @@ def test_what_is_from_anatomy_is_said_below_a_half():
     assert said(fit)[1] == "More from anatomy than from the movement: both hips."
 
 
+def test_a_place_holder_is_never_to_be_trusted_however_small_its_error():
+    """Without anatomy, and where the movement shows nothing, the error is that of nothing."""
+    holder = replace(joint("Knee", se=0.001), shown="no")
+    from_anatomy = replace(joint("Hip", se=0.001, landmarks=["A"]), shown="no")
+    assert said(fit_of(holder, from_anatomy))[0] == (
+        "Known to 2 cm (95 %): hip; not to be trusted: knee."
+    )
+
+
 # --- movements
 
 
@@ -129,6 +138,11 @@ def test_bones_that_differ_are_named_by_the_joint_at_their_end():
     assert said(fit)[1] == (
         "Bones whose two sides differ in length, measured up to the joint: ankle 10 %."
     )
+
+
+def test_it_does_not_matter_which_side_is_the_longer_one():
+    fit = fit_of(*leg("Left", 0.44), *leg("Right", 0.40))
+    assert said(fit)[1].endswith("measured up to the joint: ankle 10 %.")
 
 
 def test_small_differences_are_natural():
