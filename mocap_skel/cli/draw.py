@@ -57,7 +57,7 @@ def command(
     """Fit CLIP and draw it.
 
     A pose shows the bones from joint to joint, the markers, the floor, and each joint in the colour of
-    its verdict (known: yes, weak, no) with the ellipsoid of two standard errors around it. All subjects
+    its verdict (shown: yes, weak, no) with the ellipsoid of two standard errors around it. All subjects
     of a clip stand in one picture; the plots against time take one subject.
 
     Needs the extra 'plot': pip install 'mocap-skel[plot]'. Without --assoc the markers are guessed, as by fit.

@@ -38,6 +38,7 @@ FORMATS = ("csv", "bvh", "c3d", "trc", "parquet")
 @click.option("--markers", is_flag=True, help="trc: also the subject's markers.")
 @options.rig
 @options.reading
+@options.wide
 @options.as_json
 @options.quiet
 def command(
@@ -54,6 +55,7 @@ def command(
     names: str,
     floor: bool,
     root_at_origin: bool,
+    wide: bool,
     as_json: bool,
     quiet: bool,
     **told: Unpack[Told],
@@ -63,8 +65,8 @@ def command(
     For walk.c3d, csv makes walk.skeleton.csv (the joints in every frame) and walk.joints.csv (each
     joint with its evidence), parquet the same two in long form; bvh makes walk.bvh; trc makes
     walk.skeleton.trc for OpenSim; c3d makes walk.skeleton.c3d, a copy of the clip with the skeleton's
-    points behind its own. The joint table goes to standard output. Column 'known' tells whether the
-    motion shows the joint: yes, weak or no.
+    points behind its own. The joint table goes to standard output. Column 'shown' tells whether
+    the movement shows the joint: yes, weak or no; --wide adds columns.
 
     Without --assoc, which label is which marker is guessed from names and motion, and said; where that
     is not sure, nothing is fitted: mocap-skel assoc guess writes the file to correct.
@@ -102,4 +104,4 @@ def command(
             markers=markers,
         ),
     )
-    return each.run(clips, job, as_json=as_json, quiet=quiet)
+    return each.run(clips, job, as_json=as_json, quiet=quiet, wide=wide)

@@ -44,7 +44,7 @@ class Length(click.ParamType):  # type: ignore[type-arg]  # generic from click 8
 
 
 class Lengths(Length):
-    """A length with its unit, or three of them for the axes x, y, z."""
+    """A length with its unit, or three of them for the axes x, y, z; in metres."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         metres = tuple(super(Lengths, self).convert(v, param, ctx) for v in str(value).split(","))
@@ -54,7 +54,7 @@ class Lengths(Length):
 
 
 class Scale(click.ParamType):  # type: ignore[type-arg]  # as Length
-    """A unit of length, or a factor to centimetres; as units in a metre."""
+    """A unit of length, or a factor to centimetres. The value is how many units a metre has."""
 
     name = "scale"
 
@@ -80,14 +80,14 @@ class Scale(click.ParamType):  # type: ignore[type-arg]  # as Length
 
 
 class Capitals(click.Choice):  # type: ignore[type-arg]  # as Length
-    """A choice of words in capitals, that may be typed in small letters."""
+    """A choice of words in capitals, which may also be typed in small letters."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         return super().convert(str(value).upper(), param, ctx)
 
 
 class Folder(click.Path):
-    """A folder; a dash is none where there are several result files."""
+    """A folder. A dash (standard output) is refused: there are several result files."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if str(value) == "-":
@@ -187,6 +187,7 @@ calibration = click.option(
     help="What other clips of the actor know of the joints, from mocap-skel calibrate; the clip's own "
     "movement adds to it.",
 )  # fmt: skip
+figures = click.option("--figures/--no-figures", default=True, show_default=True, help="Draw them.")
 seed = click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is drawn."
 )
@@ -203,6 +204,9 @@ folder = click.option(
     type=Folder(path_type=Path), help="Folder for the results.",
 )  # fmt: skip
 overwrite = click.option("--overwrite", is_flag=True, help="Replace result files that exist.")
+wide = click.option(
+    "--wide", is_flag=True, help="All columns of the joint table, in lines of any length."
+)
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON lines, not a table.")
 _RIG = (
     click.option(
@@ -245,7 +249,7 @@ quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard e
 
 
 def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
-    """Options as one decorator, in the order of the help."""
+    """One decorator of several options; the help shows them in this order."""
 
     def decorate(command: F) -> F:
         for option in reversed(several):
@@ -260,3 +264,4 @@ which = _together(association, skeleton, subject)
 pure_estimation = _together(sigma, pose, method, noise)
 estimation = _together(pure_estimation, prior, calibration)
 reading = _together(unit, rate, salvage)
+findings = _together(figures, folder, overwrite, as_json, quiet)

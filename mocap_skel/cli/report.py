@@ -21,12 +21,14 @@ from mocap_skel.errors import CallError
 @options.overwrite
 @options.estimation
 @options.reading
+@options.wide
 @options.as_json
 @options.quiet
 def command(
     clips: tuple[Path, ...],
     output: str,
     overwrite: bool,
+    wide: bool,
     as_json: bool,
     quiet: bool,
     **told: Unpack[Told],
@@ -56,4 +58,4 @@ def command(
         inputs=frozenset(clip.resolve() for clip in clips),
         command=shlex.join(["mocap-skel", *sys.argv[1:]]),
     )
-    return each.run(clips, job, as_json=as_json, quiet=quiet)
+    return each.run(clips, job, as_json=as_json, quiet=quiet, wide=wide)

@@ -49,7 +49,7 @@ def _summary(found: CalibratedJoint) -> dict[str, Any]:
     return {
         "parent": joint.parent, "child": joint.child, "in_the_frame_of_clip": found.clip,
         "centre": joint.centre.tolist(), "covariance": joint.covariance.tolist(),
-        "known": joint.shown, "markers": list(joint.markers), "shares": found.shares,
+        "shown": joint.shown, "markers": list(joint.markers), "shares": found.shares,
     }  # fmt: skip
 
 

@@ -37,7 +37,7 @@ def fit_notes(
         yield f"joints from anatomy alone: {listed(guessed, 20)}"
     unknown = [j.joint for j in joints if j.fitted and j.shown == "no" and not j.landmarks]
     if unknown:
-        yield f"place holders, no joint centres (known: no): {listed(unknown, 20)}"
+        yield f"place holders, no joint centres (shown: no): {listed(unknown, 20)}"
     if task.calibration is not None:
         yield calibration_note(calibrated)
     if not SMALLEST < task.size < LARGEST:

@@ -135,10 +135,11 @@ def render(path: Path, job: Job) -> Done:
 
 def _page(found: Fitted, assignment: Assignment, fit: SkeletonFit, command: str) -> Rendered:
     """The HTML page of one subject."""
-    from mocap_skel.report.html import Shown, page
+    from mocap_skel.report.html import PageContent, page
 
     decided = (*found.decided, *assignment.mismatches(found.association))
-    return Rendered({".report.html": page(Shown(found.clip, assignment, fit, decided, command))})
+    content = PageContent(found.clip, assignment, fit, decided, command)
+    return Rendered({".report.html": page(content)})
 
 
 def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:

@@ -106,8 +106,8 @@ class TestJointsCsv:
     COLUMNS = (
         "joint", "parent", "child", "x", "y", "z", "se_x", "se_y", "se_z", "markers", "samples",
         "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg",
-        "determined", "method", "reason",
-        "from_motion", "prior", "bone", "bone_sd", "side_difference",
+        "shown", "method", "reason",
+        "from_motion", "prior", "bone", "bone_sd", "side_difference", "determined",
     )  # fmt: skip
 
     def test_one_row_a_joint_with_the_columns_of_the_format(self):
@@ -125,9 +125,10 @@ class TestJointsCsv:
                 joint.parent,
                 joint.child,
             )
-            assert (row["determined"], row["method"], row["reason"]) == (
+            assert (row["shown"], row["method"], row["reason"]) == (
                 joint.shown, joint.method, joint.reason,
             )  # fmt: skip
+            assert row["determined"] == joint.shown
             assert row["markers"].split() == list(joint.markers)
             assert row["samples"] == str(joint.samples)
             if not joint.fitted:
@@ -154,7 +155,7 @@ class TestJointsCsv:
     def test_what_is_not_known_is_empty(self):
         table = {row["joint"]: row for row in csv.DictReader(io.StringIO(joints_csv(gappy())))}
         wrist = table["LeftWrist"]
-        assert (wrist["determined"], wrist["samples"], wrist["method"]) == ("no", "0", "")
+        assert (wrist["shown"], wrist["samples"], wrist["method"]) == ("no", "0", "")
         assert wrist["reason"] == "no marker on LeftHand"
         assert "nan" not in joints_csv(gappy()).lower()
 

@@ -164,7 +164,7 @@ def test_descriptions_say_which_joint_is_known(tmp_path):
     group = survey(target).section.groups["POINT"]
     said = dict(zip(texts(group, "LABELS"), texts(group, "DESCRIPTIONS"), strict=True))
     for joint in fit.joints:
-        assert said[joint.joint] == f"joint centre by mocap-skel, known: {joint.shown}"
+        assert said[joint.joint] == f"joint centre by mocap-skel, shown: {joint.shown}"
 
 
 def test_labels_past_255_go_on_in_a_second_list():

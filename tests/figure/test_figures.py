@@ -115,9 +115,9 @@ def test_joints_that_move_in_all_directions_are_as_near_as_the_noise_allows(fitt
     folder, rows = fitted(name)
     truth, found = tracks(folder / "clip.truth.csv"), tracks(folder / "clip.skeleton.csv")
     assert list(rows) == list(truth)
-    known = [joint for joint, row in rows.items() if row["determined"] == "yes"]
-    assert known == list(rows) or name == "hand"
-    for joint in known:
+    shown = [joint for joint, row in rows.items() if row["shown"] == "yes"]
+    assert shown == list(rows) or name == "hand"
+    for joint in shown:
         rms = np.sqrt(np.nanmean(((found[joint] - truth[joint]) ** 2).sum(axis=1)))
         # A fifth for the constant's own error, and for the law, which is of first order.
         assert rms < 1.2 * frame_noise(name, joint), joint
@@ -145,9 +145,9 @@ def test_fingers_get_honest_verdicts(fitted):
     for joint, row in rows.items():
         away = np.sqrt(np.nanmean(((found[joint] - truth[joint]) ** 2).sum(axis=1)))
         if joint in hinges:
-            assert row["determined"] == "no" and row["reason"], joint
+            assert row["shown"] == "no" and row["reason"], joint
         else:
-            assert row["determined"] in ("yes", "weak"), joint
+            assert row["shown"] in ("yes", "weak"), joint
             assert away < 1.2 * frame_noise("hand", joint), joint
 
 
@@ -200,7 +200,7 @@ def test_a_tree_of_ones_own_can_be_filmed_and_fitted(tmp_path):
     assert made.returncode == 0, made.stderr
     done = run("mocap_skel", "fit", "clip.c3d", "--assoc", "thing.txt", "--json", cwd=tmp_path)
     rows = [json.loads(line) for line in done.stdout.splitlines()]
-    assert {row["joint"]: row["determined"] for row in rows} == {
+    assert {row["joint"]: row["shown"] for row in rows} == {
         "Shoulder1": "yes", "Shoulder2": "yes", "Elbow2": "yes",
     }  # fmt: skip
 
@@ -273,7 +273,7 @@ def test_a_leg_alone_with_the_human_says_which_figure_fits(tmp_path):
     assert "the clip shows UpperRightLeg: try --skeleton right_leg" in refused.stderr
     done = run(*call, "--skeleton", "right_leg", cwd=tmp_path)
     rows = [json.loads(line) for line in done.stdout.splitlines()]
-    assert [(r["joint"], r["determined"]) for r in rows] == [
+    assert [(r["joint"], r["shown"]) for r in rows] == [
         ("RightKnee", "yes"), ("RightAnkle", "yes"),
     ]  # fmt: skip
 

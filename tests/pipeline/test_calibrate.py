@@ -247,6 +247,17 @@ class TestFile:
         assert calibration_json(read, both.joints) == path.read_text()
         assert json.loads(path.read_text())["format"] == "mocap-skel calibration 1"
 
+    def test_a_file_that_calls_shown_by_its_old_name_is_read(self, both, tmp_path):
+        content = json.loads(calibration_json(both.calibration, both.joints))
+        for joint in content["joints"].values():
+            joint["known"] = joint.pop("shown")
+        path = tmp_path / "actor.json"
+        path.write_text(json.dumps(content))
+        read = read_calibration(path, known("cmu").skeleton)
+        assert calibration_json(read, both.joints) == calibration_json(
+            both.calibration, both.joints
+        )
+
     @pytest.mark.parametrize(
         ("change", "words"),
         [
