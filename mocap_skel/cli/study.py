@@ -6,6 +6,7 @@ import json
 import shlex
 import sys
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -79,8 +80,9 @@ def resample(
 
     if told["association"] is None:
         raise options.missing_association()
-    job = job_of(told)
+    job = job_of(told, [clip])
     where = _where(folder, overwrite, figures, quiet, "tens of refits", workers)
+    where = replace(where, inputs=job.inputs)
     found = run.resample(clip, job, run.Resampling(passes, levels, seed), where)
     tables = {
         "Means of the joints' constants, m (thesis table 2)": "means",

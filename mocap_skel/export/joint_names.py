@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
-from mocap_skel.figure.skeleton import Segment
 from mocap_skel.text import listed
+
+if TYPE_CHECKING:
+    from mocap_skel.figure.skeleton import Segment
 
 NAMINGS = ("mocap", "mixamo", "cmu")
 
@@ -50,7 +53,7 @@ def joint_names(
         for s, name in zip(segments, own, strict=True)
     ]
     kept = [name for s, name in zip(segments, own, strict=True) if s.name not in _BONES]
-    notes = (f"BVH: no {naming} name for {listed(kept)}; it stays",) if kept else ()
+    notes = (f"no {naming} name for {listed(kept)}; it stays",) if kept else ()
     return tuple(_apart(names)), notes
 
 

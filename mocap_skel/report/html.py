@@ -20,6 +20,7 @@ from string import Template
 import numpy as np
 
 from mocap_skel.clip import Clip
+from mocap_skel.export.registry import Chosen, Format, Options, Rendered, Source
 from mocap_skel.joints.centre import JointFit
 from mocap_skel.labels.association import Assignment
 from mocap_skel.report.coverage import COLOURS, coverage_map
@@ -38,6 +39,7 @@ TRUST = {
     "no": ("○", "not shown by the movement: anatomy's, or place holders"),
     "none": ("–", "not fitted"),
 }
+_SUFFIX = ".report.html"
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,3 +202,24 @@ def _facts(shown: Shown, made: Scene) -> str:
     return "".join(
         f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in facts.items() if value
     )
+
+
+def _write(fit: SkeletonFit, options: Options, source: Source) -> Rendered:
+    del options
+    assert source.assignment is not None, "the page shows the markers of a call that knows them"
+    shown = Shown(source.clip, source.assignment, fit, source.decided, source.command)
+    return Rendered({_SUFFIX: page(shown)})
+
+
+# A result like any other, but of a command of its own: `fit --format` does not offer it.
+PAGE = Chosen(
+    Format(
+        "html",
+        (_SUFFIX,),
+        Options,
+        f"walk{_SUFFIX}",
+        "a page rounds positions, and leaves out frames of a long clip",
+        _write,
+    ),
+    Options(),
+)
