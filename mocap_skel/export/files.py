@@ -13,7 +13,11 @@ from mocap_skel.errors import OutputError
 
 
 def safe_name(name: str) -> str:
-    """A name from inside a file as a part of a path: no separators, no leading dot, never empty."""
+    """A name from inside a file as a part of a path: no separators, no leading dot, never empty.
+
+    >>> safe_name("../Anna (left)")
+    'Anna_left'
+    """
     return re.sub(r"[^\w.+-]+", "_", name).strip("._") or "subject"
 
 

@@ -40,8 +40,16 @@ def joint_names(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """A name without blanks for the joint of every segment, and notes on those with no name there.
 
+    Args:
+        segments: each is called after its joint, the root after itself.
+        naming: one of `NAMINGS`.
+
     Raises:
         ValueError: no such naming.
+
+    >>> from mocap_skel.figure.skeleton import read_skeleton
+    >>> joint_names(read_skeleton("human").segments[:2], "mixamo")
+    (('mixamorig:Hips', 'mixamorig:Spine'), ())
     """
     if naming not in NAMINGS:
         raise ValueError(f"names must be one of {NAMINGS}, got {naming!r}")

@@ -15,7 +15,11 @@ def turned(fit: SkeletonFit, up: str | None) -> SkeletonFit:
     """The same fit in axes of which `up` is the vertical one; None leaves it as it is.
 
     The axes are renamed in a circle, so that a right-handed system stays one: from z up to y up,
-    (x, y, z) becomes (y, z, x).
+    (x, y, z) becomes (y, z, x). Poses and tracks are turned; what is said of a joint in its parent's axes
+    (centre, standard errors) stays.
+
+    Raises:
+        ValueError: `up` is none of "x", "y", "z".
     """
     if up is None or up == fit.up:
         return fit
@@ -32,7 +36,11 @@ def turned(fit: SkeletonFit, up: str | None) -> SkeletonFit:
 
 
 def turn_between(before: str, after: str) -> Array:
-    """The rotation (3, 3) from axes with `before` up to those with `after` up."""
+    """The rotation (3, 3) from axes with `before` up to those with `after` up.
+
+    >>> turn_between("z", "y") @ [1.0, 2.0, 3.0]
+    array([2., 3., 1.])
+    """
     return np.roll(np.eye(3), AXES.index(after) - AXES.index(before), axis=0)
 
 

@@ -106,7 +106,17 @@ def _number(value: float, digits: int = 6) -> float | None:
 
 
 def tracks_table(fit: SkeletonFit) -> pandas.DataFrame:
-    """The moving skeleton as a DataFrame: `frame` as index, `time`, then the columns of skeleton.csv."""
+    """The moving skeleton as a DataFrame: `frame` as index, `time`, then the columns of skeleton.csv.
+
+    One row a frame. Seconds, and metres in the clip's own axes; missing is NaN.
+
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
+    >>> clip, known = read_clip("sample_data/nearly_still.c3d"), read_association("cmu")
+    >>> fit = fit_skeleton(clip, associate(clip, known)[0], known.skeleton)
+    >>> table = tracks_table(fit)
+    >>> table.shape, list(table.columns[:4])
+    ((300, 61), ['time', 'Waist_x', 'Waist_y', 'Waist_z'])
+    """
     import pandas
 
     names, values = track_columns(fit)
@@ -117,14 +127,21 @@ def tracks_table(fit: SkeletonFit) -> pandas.DataFrame:
 
 
 def points_table(fit: SkeletonFit) -> pandas.DataFrame:
-    """The moving skeleton as a DataFrame in long form: the columns of `point_columns`."""
+    """The moving skeleton as a DataFrame in long form: one row a frame and point, frame by frame.
+
+    Columns: clip, subject, frame, time (seconds), point, kind (joint, origin of the root, end of a leaf), x, y,
+    z (metres in the clip's own axes, NaN = missing).
+    """
     import pandas
 
     return pandas.DataFrame(point_columns(fit))
 
 
 def joints_table(fit: SkeletonFit) -> pandas.DataFrame:
-    """The joints as a DataFrame: one row a joint, `joint` as index, the columns of joints.csv."""
+    """The joints as a DataFrame: one row a joint, `joint` as index, the columns of joints.csv.
+
+    Metres in the parent segment's axes, angles in degrees; what is not known is None or NaN.
+    """
     import pandas
 
     rows = joint_rows(fit)

@@ -287,7 +287,11 @@ class TestOptions:
 
     def test_scale_scales_lengths_and_not_angles(self):
         fit = fit_sample("nearly_still")
-        cm, m = motion_of(text_of(fit)), motion_of(text_of(fit, scale=1.0))
+        texts = text_of(fit), text_of(fit, scale=1.0)
+        np.testing.assert_allclose(
+            *(end_sites_of(t) * s for t, s in zip(texts, (1, CM), strict=True)), atol=1e-4
+        )
+        cm, m = map(motion_of, texts)
         np.testing.assert_allclose(m[:, :3], cm[:, :3] / CM, atol=1e-6)
         np.testing.assert_array_equal(m[:, 3:], cm[:, 3:])
 
@@ -310,6 +314,19 @@ class TestOptions:
         assert len(notes) == 1 and "Tail base" in notes[0]
         with pytest.raises(ValueError, match="names"):
             joint_names(segments, "maya")
+
+    def test_joints_with_no_name_there_are_told(self):
+        fit = fit_sample("nearly_still")
+        figure = fit.skeleton
+        renamed = tuple(
+            replace(s, **{key: "Skull" for key in ("name", "joint") if s.name == "Head"})
+            for s in figure.segments
+        )
+        own = {("Skull" if name == "Head" else name): s for name, s in fit.segments.items()}
+        other = replace(fit, skeleton=replace(figure, segments=renamed), segments=own)
+        made = write(other, names="cmu")
+        assert "BVH: no cmu name for Skull; it stays" in made.notes
+        assert "Skull" in joint_names_of(made.files[".bvh"])
 
     def test_the_root_can_rest_at_the_origin(self):
         fit = fit_sample("nearly_still")

@@ -9,7 +9,7 @@ import numpy as np
 from recordings import fit_sample, gappy
 
 from mocap_skel import joints_table, tracks_table
-from mocap_skel.export.tables_csv import joints_csv, skeleton_csv
+from mocap_skel.export.tables_csv import joints_csv, rows_csv, skeleton_csv
 
 MICROMETRE = 1e-6
 # Values are rounded to the micrometre: half of one, and the rounding of that.
@@ -172,3 +172,9 @@ class TestPandas:
                 else:
                     # Both are the same rounded number.
                     assert float(cell) == float(value)
+
+
+def test_rows_of_a_study_have_nine_digits_and_no_word_for_what_is_not_known():
+    rows_ = [{"a": 1 / 3, "b": None}, {"a": np.nan, "b": "x, y"}, {"a": 123456.789012, "b": 7}]
+    assert rows_csv(rows_) == 'a,b\n0.333333333,\n,"x, y"\n123456.789,7\n'
+    assert rows_csv([]) == "\n"

@@ -2,6 +2,8 @@
 
 import subprocess
 import sys
+from dataclasses import replace
+from io import BytesIO
 
 import numpy as np
 import pytest
@@ -59,6 +61,29 @@ def test_trc_obeys_up_and_takes_the_markers_along():
     label = clip.labels[3]
     np.testing.assert_allclose(points[:, names.index(label)], clip.points[:, 3], atol=5.1e-7)
     np.testing.assert_allclose(points[:, 0], fit.joints[0].track, atol=5.1e-7)
+
+
+def test_trc_has_the_markers_of_its_own_subject_and_the_frames_of_the_clip():
+    fit, clip = fit_sample("two_dancers", "Ben"), read_clip(SAMPLES / "two_dancers.c3d")
+    text = rendered("trc", fit, clip, up="z", markers=True).files[".skeleton.trc"]
+    head, names, frames, _, points = read_trc(text)
+    own = [i for i, subject in enumerate(clip.subjects) if subject == "Ben"]
+    assert names[20:] == [clip.labels[i] for i in own] and len(own) == 41
+    np.testing.assert_allclose(points[:, 20:], clip.points[:, own], atol=5.1e-7)
+    assert frames[0] == 101 and head["OrigDataStartFrame"] == "101"
+
+
+def test_trc_names_are_one_word_and_no_two_the_same():
+    clip = read_clip(SAMPLES / "nearly_still.c3d")
+    clip = replace(clip, labels=("LeftHip", "LeftHip_2", "my  own marker", *clip.labels[3:]))
+    made = rendered("trc", fit_sample("nearly_still"), clip, markers=True)
+    _, names, _, _, points = read_trc(made.files[".skeleton.trc"])
+    assert names[20:23] == ["LeftHip_2", "LeftHip_2_2", "my_own_marker"]
+    assert len(set(names)) == len(names)
+    # y up: x, y, z are the clip's y, z, x.
+    np.testing.assert_allclose(points[:, 20], clip.points[:, 0][:, [1, 2, 0]], atol=5.1e-7)
+    said = "TRC: markers whose name a joint has get a number: LeftHip_2, LeftHip_2_2"
+    assert said in made.notes
 
 
 def written(name, folder, **options):
@@ -125,6 +150,17 @@ def test_joints_parquet_has_typed_columns(name, tmp_path):
     types = {field.name: str(field.type) for field in table.schema}
     assert types["radius"].startswith("list<") and "double" in types["radius"]
     assert types["samples"] == "int64" and types["x"] == "double" and types["reason"] == "string"
+
+
+def test_columns_keep_their_type_where_nothing_is_known():
+    fit = fit_sample("nearly_still")
+    nothing = {"markers": (), "radius": np.empty(0), "centre": np.full(3, np.nan)}
+    bare = replace(fit, joints=tuple(replace(joint, **nothing) for joint in fit.joints))
+    content = rendered("parquet", bare).files[".joints.parquet"]
+    table = parquet.read_table(BytesIO(content))
+    types = {field.name: str(field.type) for field in table.schema}
+    assert "string" in types["markers"] and "double" in types["radius"]
+    assert types["x"] == "double" and table["x"].null_count == 14
 
 
 def mocap_skel(*arguments, **options):

@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import dataclass, fields
+from textwrap import dedent
 
 import pytest
 from commands import STILL, files, program
@@ -56,18 +57,27 @@ def write(fit, options, source):
 '''
 
 
+def beside_the_others(text, folder):
+    """`mocap-skel fit` where a module lies beside the other formats."""
+    more = folder / "more"
+    more.mkdir()
+    (more / "toy.py").write_text(text)
+    start = f"import mocap_skel.export.formats as f\nf.__path__.append({str(more)!r})"
+    return lambda *arguments: program(start, "fit", *arguments, cwd=folder)
+
+
 @pytest.fixture
 def fit_with_toy(tmp_path):
-    """`mocap-skel fit` where that module lies beside the other formats."""
-    folder = tmp_path / "more"
-    folder.mkdir()
-    (folder / "toy.py").write_text(TOY)
-    start = f"import mocap_skel.export.formats as f\nf.__path__.append({str(folder)!r})"
+    return beside_the_others(TOY, tmp_path)
 
-    def call(*arguments):
-        return program(start, "fit", *arguments, cwd=tmp_path)
 
-    return call
+def test_the_example_of_the_architecture_page_is_all_that_a_format_is(tmp_path):
+    page = (ROOT / "docs" / "architecture.md").read_text()
+    part = page[page.index("## Adding a format") : page.index("## Conventions")]
+    lines = [line for line in part.splitlines() if line.startswith("    ") or not line]
+    fit = beside_the_others(dedent("\n".join(lines)), tmp_path)
+    done = fit(STILL, "-a", "cmu", "-f", "greeting", "--loud", "-o", "-")
+    assert done.stdout == "HELLO FROM 14 JOINTS\n"
 
 
 class TestToy:

@@ -2,6 +2,7 @@
 
 import struct
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import c3d
@@ -209,6 +210,25 @@ def test_integers_stay_integers_and_the_rounding_is_told(tmp_path):
     assert survey(target).layout.width == 2
     assert 0 < check_copy(source, target, fit, clip) <= 0.051e-3
     assert any("rounded to 0.1 mm" in note for note in notes)
+
+
+def test_what_its_integers_cannot_hold_is_missing_and_counted(tmp_path):
+    """Integers of 0.1 mm end at 3276.7 mm; beyond them a joint would wrap round to the other side of the lab."""
+    source = as_integers(SAMPLES / "gaps.c3d", tmp_path / "whole.c3d")
+    clip = read_clip(source)
+    fit = fit_clip(clip, ASSOCIATIONS["gaps"])
+    track = np.zeros_like(fit.joints[0].track)
+    track[:6, 1] = [3.2767, 3.2768, -3.2768, -3.2769, 5.0, 1000.0]
+    moved = replace(fit, joints=(replace(fit.joints[0], track=track), *fit.joints[1:]))
+    made, notes = c3d_copy(moved, clip, source)
+    target = tmp_path / "copy.c3d"
+    target.write_bytes(made)
+    assert "C3D: samples that its integers cannot hold, left out: 4" in notes
+    for read in READERS.values():
+        points, missing, _, _ = read(target)
+        own = survey(source).layout.points
+        assert missing[:7, own].tolist() == [False, True, False, True, True, True, False]
+        np.testing.assert_allclose(points[[0, 2], own, 1], [3276.7, -3276.8], rtol=1e-6)
 
 
 def test_damage_is_refused_in_one_line_and_nothing_is_written(tmp_path):

@@ -79,6 +79,17 @@ class TestProcess:
         assert {path.parent for path in done.files} == {tmp_path}
         assert files(tmp_path) == ["x.A_B.joints.csv", "x.A_B.skeleton.csv"]
 
+    def test_a_clip_of_one_subject_is_not_named_after_it(self, tmp_path, monkeypatch):
+        from mocap_skel.pipeline import job
+
+        one = record(
+            human(), marker_set("cmu"), range_of_motion(2, 30, seed=1), Faults(sigma=0.001), seed=1
+        )
+        monkeypatch.setattr(job, "read_clip", lambda *_, **__: clip_of(merge({"Anna": one})))
+        (fit,) = process(tmp_path / "x.c3d", self.job(tmp_path)).fits
+        assert fit.subject == "Anna"
+        assert files(tmp_path) == ["x.joints.csv", "x.skeleton.csv"]
+
     def test_options_reach_the_fit(self, samples, tmp_path):
         path = samples / "nearly_still.c3d"
         done = process(path, self.job(tmp_path, sigma=0.002, pose="triad", rate=30.0))

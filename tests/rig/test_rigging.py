@@ -14,6 +14,9 @@ from mocap_skel.rig.kinematics import forward
 from mocap_skel.rig.rigging import LONGEST_GAP, SHORTEST_END, rig_of
 from mocap_skel.segments.pose import Pose
 
+# From axes with y up to those with z up.
+UPRIGHT = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+
 
 def notes_of(fit, **options):
     return rig_of(fit, **options)[2]
@@ -81,12 +84,29 @@ class TestGaps:
 
 class TestMissingJoints:
     def test_a_joint_that_is_not_fitted_is_left_out_and_listed(self):
-        rig, _, notes = rig_of(fit_without(["LFIN"], slice(None)))
+        # Without anatomy, which would know the wrist.
+        fit = fit_recording(without(["LFIN"], slice(None)), prior="none")
+        rig, _, notes = rig_of(fit)
         assert "without LeftWrist" in notes
         assert "LeftWrist" not in rig.names and "RightWrist" in rig.names and len(rig.names) == 14
-        # The forearm ends in a point of its own.
-        assert len(rig.ends) == 5 and rig.names.index("LeftElbow") in rig.ends
-        assert min(lengths(rig)) >= SHORTEST_END
+        assert len(rig.ends) == 5 and min(lengths(rig)) >= SHORTEST_END
+        # The forearm ends in the middle of its markers.
+        own = fit.segments["LowerLeftArm"]
+        middle = np.mean([own.template[m] for m in ("LARM", "LWRA", "LWRB")], axis=0)
+        end = rig.ends[rig.names.index("LeftElbow")]
+        assert np.linalg.norm(end) == pytest.approx(np.linalg.norm(middle - own.joint), abs=1e-12)
+
+    def test_a_limb_ends_at_a_joint_of_which_the_segment_beyond_has_no_pose(self):
+        fit = fit_sample("nearly_still")
+        segments = {name: own for name, own in fit.segments.items() if name != "LeftHand"}
+        rig, _, notes = rig_of(replace(fit, segments=segments))
+        assert {"without LeftWrist", "fitted, but no segment turns about them: LeftWrist"} <= set(
+            notes
+        )
+        wrist = next(joint for joint in fit.joints if joint.joint == "LeftWrist")
+        length = np.linalg.norm(wrist.centre - fit.segments["LowerLeftArm"].joint)
+        end = rig.ends[rig.names.index("LeftElbow")]
+        np.testing.assert_allclose(end, [length, 0, 0] @ UPRIGHT, atol=1e-9)
 
     def test_a_branch_that_is_not_fitted_is_left_out_whole(self):
         rig, _, notes = rig_of(fit_without(on("UpperLeftArm"), slice(None)))
