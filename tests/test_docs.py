@@ -14,7 +14,7 @@ from recordings import ROOT, SAMPLES
 
 import mocap_skel
 from mocap_skel.cli import COMMANDS, group
-from mocap_skel.export import WRITERS
+from mocap_skel.export.registry import formats as known_formats
 from mocap_skel.figure.skeleton import SHIPPED
 
 # Words of the README, tables and code blocks too: a newcomer reads it whole.
@@ -140,7 +140,7 @@ def test_the_readme_lists_every_command_and_every_format():
     formats = (ROOT / "docs" / "formats.md").read_text()
     for name in COMMANDS:
         assert f"[`{name}`](docs/commands/{name}.md)" in readme
-    for name in WRITERS:
+    for name in known_formats():
         assert re.search(rf"^\| `{name}` ", readme, re.M)
         assert re.search(rf"^\| `{name}` ", formats, re.M)
 

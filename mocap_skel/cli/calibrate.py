@@ -58,10 +58,8 @@ def command(
     from mocap_skel.export.files import check_free, write_all
     from mocap_skel.pipeline.calibrate import calibrate
 
-    if output.resolve() in {clip.resolve() for clip in clips}:
-        raise CallError(f"{output}: is itself a clip of this call", "use another -o")
-    check_free([output], overwrite)
-    job = job_of(told)
+    job = job_of(told, clips)
+    check_free([output], overwrite, job.inputs)
     from mocap_skel.joints.choices import check_method
 
     try:
@@ -73,7 +71,7 @@ def command(
         complain(failure)
     for note in [] if quiet else done.notes:
         click.echo(f"mocap-skel: {note}", err=True)
-    write_all({output: calibration_json(done.calibration, done.joints)}, overwrite)
+    write_all({output: calibration_json(done.calibration, done.joints)}, overwrite, job.inputs)
     if as_json:
         _print_json(done)
     else:

@@ -74,7 +74,7 @@ def command(
     from mocap_skel.pipeline.drawing import Drawing, draw
 
     wanted = Drawing(plot, frames, sheet or 0, view or "oblique", output, overwrite)
-    done = draw(clip, job_of(told), wanted)
+    done = draw(clip, job_of(told, [clip]), wanted)
     for failure in done.failed:
         complain(failure)
     for note in [] if quiet else done.notes:

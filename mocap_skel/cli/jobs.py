@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
@@ -53,11 +54,12 @@ def looked_at(path: Path, told: Looked) -> tuple[Clip, Association | None]:
     return clip, association
 
 
-def job_of(told: Told, **more: Any) -> Job:
-    """Make the job of a command that fits.
+def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
+    """Make the job of a command that fits. A command without --prior fits by the movement alone.
 
     Args:
-        told: the options. A command without --prior fits by the movement alone.
+        told: what the options say.
+        clips: those of the call. They and the files that the options name are never written over.
         more: other fields of the job.
 
     Raises:
@@ -77,8 +79,15 @@ def job_of(told: Told, **more: Any) -> Job:
     return Job(
         association=association, calibration=calibration,
         subject=told["subject"], sigma=told["sigma"], pose=told["pose"], method=told["method"],
-        noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"], salvage=told["salvage"], **more,
+        noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"],
+        salvage=told["salvage"], inputs=_inputs(told, clips), **more,
     )  # fmt: skip
+
+
+def _inputs(told: Told, clips: Iterable[Path]) -> frozenset[Path]:
+    """The files that the call reads; a bare name of a shipped one is no file here, and does no harm."""
+    named = (told["association"], told["skeleton"], told.get("calibration"))
+    return frozenset([*clips, *(Path(name) for name in named if name)])
 
 
 def _calibration(told: Told, association: Association | None) -> Calibration | None:

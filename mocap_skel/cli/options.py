@@ -15,7 +15,6 @@ from mocap_skel.errors import CallError
 F = TypeVar("F", bound=Callable[..., Any])
 
 _LENGTH = re.compile(r"\s*([0-9.]+(?:e[+-]?\d+)?)\s*(mm|cm|dm|m)?\s*", re.IGNORECASE)
-_IN_A_METRE = {"mm": 1000.0, "cm": 100.0, "m": 1.0, "in": 1.0 / 0.0254}
 _METRES = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0}
 
 
@@ -51,32 +50,6 @@ class Lengths(Length):
         if len(metres) not in (1, 3):
             self.fail(f"{value!r}: one length, or three for x, y and z: 1mm,1mm,3mm", param, ctx)
         return metres if len(metres) == 3 else metres[0]
-
-
-class Scale(click.ParamType):  # type: ignore[type-arg]  # as Length
-    """A unit of length, or a factor to centimetres. The value is how many units a metre has."""
-
-    name = "scale"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        text = str(value).strip().lower()
-        if text in _IN_A_METRE:
-            return _IN_A_METRE[text]
-        try:
-            factor = float(text)
-        except ValueError:
-            factor = 0.0
-        # The file has six decimals.
-        if not 1e-3 <= factor <= 1e6:
-            self.fail(
-                f"{value!r}: a unit ({', '.join(_IN_A_METRE)}), or a factor to centimetres "
-                "from 0.001 up",
-                param,
-                ctx,
-            )
-        return 100.0 * factor
 
 
 class Capitals(click.Choice):  # type: ignore[type-arg]  # as Length
@@ -208,32 +181,6 @@ wide = click.option(
     "--wide", is_flag=True, help="All columns of the joint table, in lines of any length."
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON lines, not a table.")
-_RIG = (
-    click.option(
-        "--rotation-order", type=Capitals(["ZXY", "ZYX", "XYZ", "XZY", "YXZ", "YZX"]), default="ZXY",
-        show_default=True, help="bvh: order of the rotation channels.",
-    ),
-    click.option(
-        "--scale", type=Scale(), default="cm", metavar="UNIT", show_default=True,
-        help="bvh: unit of length: cm, m, mm, in; or a factor to centimetres.",
-    ),
-    click.option(
-        "--names", type=click.Choice(["mocap", "mixamo", "cmu"]), default="mocap", show_default=True,
-        help="bvh: joints named as in the skeleton file, as Mixamo's (mixamorig:LeftUpLeg), or as in the "
-        "BVH files of the CMU database (LeftUpLeg).",
-    ),
-    click.option(
-        "--floor", is_flag=True,
-        help="bvh: move the figure up or down so that its lowest point over the clip is at zero.",
-    ),
-    click.option(
-        "--root-at-origin", is_flag=True,
-        help="bvh: root OFFSET 0 0 0, for readers that add it to the position (three.js); the rest pose "
-        "then has its root, not its feet, at zero.",
-    ),
-)  # fmt: skip
-
-
 unit = click.option(
     "--unit", metavar="UNIT", help="Length unit of the clip (mm, cm, m), whatever the file says."
 )
@@ -259,7 +206,6 @@ def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
     return decorate
 
 
-rig = _together(*_RIG)
 which = _together(association, skeleton, subject)
 pure_estimation = _together(sigma, pose, method, noise)
 estimation = _together(pure_estimation, prior, calibration)

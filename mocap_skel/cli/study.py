@@ -6,6 +6,7 @@ import json
 import shlex
 import sys
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
@@ -83,8 +84,8 @@ def resample(
 
     if told["association"] is None:
         raise options.missing_association()
-    job = job_of(told)
-    where = _where(told, "tens of refits", workers)
+    job = job_of(told, [clip])
+    where = replace(_where(told, "tens of refits", workers), inputs=job.inputs)
     found = run.resample(clip, job, run.Resampling(passes, levels, seed), where)
     tables = {
         "Means of the joints' constants, m (thesis table 2)": "means",

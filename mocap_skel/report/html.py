@@ -20,6 +20,7 @@ from string import Template
 import numpy as np
 
 from mocap_skel.clip import Clip
+from mocap_skel.export.registry import Chosen, Format, Options, Rendered, Source
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
@@ -34,6 +35,8 @@ from mocap_skel.results.verdict import verdict
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import counted
 from mocap_skel.version import __version__
+
+_SUFFIX = ".report.html"
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,3 +207,24 @@ def _facts(content: PageContent, made: Scene) -> str:
     return "".join(
         f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in facts.items() if value
     )
+
+
+def _write(fit: SkeletonFit, options: Options, source: Source) -> Rendered:
+    del options
+    assert source.assignment is not None, "the page shows the markers of a call that knows them"
+    content = PageContent(source.clip, source.assignment, fit, source.decided, source.command)
+    return Rendered({_SUFFIX: page(content)})
+
+
+# A result like any other, but of a command of its own: `fit --format` does not offer it.
+PAGE = Chosen(
+    Format(
+        "html",
+        (_SUFFIX,),
+        Options,
+        f"walk{_SUFFIX}",
+        "a page rounds positions, and leaves out frames of a long clip",
+        _write,
+    ),
+    Options(),
+)

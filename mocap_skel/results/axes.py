@@ -15,11 +15,15 @@ def turned(fit: SkeletonFit, up: str | None) -> SkeletonFit:
     """A fit in axes of which `up` is the vertical one.
 
     The axes are renamed in a circle, so that a right-handed system stays one: from z up to y up,
-    (x, y, z) becomes (y, z, x).
+    (x, y, z) becomes (y, z, x). Poses and tracks are turned; what is said of a joint in its parent's axes
+    (centre, standard errors) stays.
 
     Args:
         fit: in any axes.
         up: "x", "y" or "z"; None = as it is.
+
+    Raises:
+        ValueError: `up` is none of "x", "y", "z".
     """
     if up is None or up == fit.up:
         return fit

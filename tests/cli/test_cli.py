@@ -354,15 +354,13 @@ def test_fit_loads_no_pandas(tmp_path):
 
 def test_the_choices_of_the_options_are_those_of_the_library():
     """They are written again in the command, so that help need not load the library."""
-    from mocap_skel.cli.fit import FORMATS, command
-    from mocap_skel.export import WRITERS
+    from mocap_skel.cli.fit import command
     from mocap_skel.fit import POSES
     from mocap_skel.joints.choices import BEST
     from mocap_skel.segments.noise import NOISES
     from mocap_skel.spherefit import METHODS
 
     choices = {o.name: tuple(getattr(o.type, "choices", ())) for o in command.params}
-    assert tuple(WRITERS) == FORMATS
     assert choices["pose"] == POSES
     assert choices["method"] == (BEST, *METHODS)
     assert choices["noise"] == NOISES

@@ -3,17 +3,40 @@
 from __future__ import annotations
 
 import io
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from mocap_skel.export.registry import Rendered, Source, Turned, register
 from mocap_skel.extras import extra
-from mocap_skel.results.tables import joint_rows, point_columns
-from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.version import __version__
+
+if TYPE_CHECKING:
+    from mocap_skel.skeleton_fit import SkeletonFit
 
 # Columns that are the same text over and over.
 _REPEATED = ("clip", "subject", "point", "kind")
+
+
+@register(
+    "parquet",
+    suffixes=(".skeleton.parquet", ".joints.parquet"),
+    options=Turned,
+    makes="walk.skeleton.parquet and walk.joints.parquet, the tables of csv in long form",
+    lacks="a Parquet table has points only, not how the segments turn",
+    needs=("pyarrow.parquet", "parquet"),
+)
+def write(fit: SkeletonFit, options: Turned, source: Source) -> Rendered:
+    """Both tables of a fit.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    from mocap_skel.results.axes import turned
+
+    del source
+    fit = turned(fit, options.up)
+    return Rendered(
+        {".skeleton.parquet": skeleton_parquet(fit), ".joints.parquet": joints_parquet(fit)}
+    )
 
 
 def skeleton_parquet(fit: SkeletonFit) -> bytes:
@@ -24,6 +47,10 @@ def skeleton_parquet(fit: SkeletonFit) -> bytes:
     Raises:
         MissingExtraError: pyarrow is not installed.
     """
+    import numpy as np
+
+    from mocap_skel.results.tables import point_columns
+
     pa = extra("pyarrow", "parquet")
     columns = {}
     for name, values in point_columns(fit).items():
@@ -42,6 +69,8 @@ def joints_parquet(fit: SkeletonFit) -> bytes:
     Raises:
         MissingExtraError: pyarrow is not installed.
     """
+    from mocap_skel.results.tables import joint_rows
+
     pa = extra("pyarrow", "parquet")
     rows = [{"clip": fit.clip, "subject": fit.subject, **row} for row in joint_rows(fit)]
     names = list(rows[0]) if rows else []

@@ -6,53 +6,79 @@ Format: OpenSim documentation, Marker (.trc) Files; the reader is OpenSim's TRCF
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from mocap_skel.clip import AXES, Clip
-from mocap_skel.results.axes import turn_between
-from mocap_skel.segments.pose import Array
-from mocap_skel.skeleton_fit import SkeletonFit
+from mocap_skel.export.registry import Rendered, Source, Turned, option, register, vertical
 from mocap_skel.text import listed
 
+if TYPE_CHECKING:
+    from mocap_skel.clip import Clip
+    from mocap_skel.segments.pose import Array
+    from mocap_skel.skeleton_fit import SkeletonFit
 
-def trc(
-    fit: SkeletonFit, name: str, up: str = "y", markers: Clip | None = None
-) -> tuple[str, tuple[str, ...]]:
+SUFFIX = ".skeleton.trc"
+
+
+@dataclass(frozen=True)
+class TrcOptions(Turned):
+    """What a TRC may be told.
+
+    Attributes:
+        up: the vertical axis; OpenSim's models have it in y.
+        markers: whether the subject's markers stand behind the skeleton.
+    """
+
+    up: str | None = vertical("y")
+    markers: bool = option(False, "also the subject's markers.")
+
+
+@register(
+    "trc",
+    suffixes=(SUFFIX,),
+    options=TrcOptions,
+    makes=f"walk{SUFFIX} for OpenSim",
+    lacks="a TRC has points only, and does not say how well a joint is known",
+)
+def write(fit: SkeletonFit, options: TrcOptions, source: Source) -> Rendered:
     """The tracks of skeleton.csv as TRC text: metres, the clip's own frame numbers, missing = empty.
 
-    Args:
-        fit: in the clip's own axes.
-        name: of the file, which its first line repeats.
-        up: the axis that is to point up; OpenSim's models have it in y.
-        markers: also the subject's markers, from this clip.
-
-    Returns:
-        The text, and notes on axes and names.
+    The notes tell of the axes and of names that had to change.
     """
+    import numpy as np
+
+    from mocap_skel.clip import AXES
+    from mocap_skel.results.axes import turn_between
+
     tracks = {_one_word(title): track for title, track in fit.tracks()}
-    changed = []
-    if markers is not None:
-        for column, (label, subject) in enumerate(
-            zip(markers.labels, markers.subjects, strict=True)
-        ):
-            if subject != fit.subject:
-                continue
-            title = stem = _one_word(label)
-            number = 2
-            while title in tracks:
-                title = f"{stem}_{number}"
-                number += 1
-            if title != stem:
-                changed.append(title)
-            tracks[title] = markers.points[:, column]
+    changed = _add_markers(tracks, source.clip, fit.subject) if options.markers else []
+    up = options.up or fit.up
     turn = turn_between(fit.up, up)
     values = np.hstack([track @ turn.T for track in tracks.values()])
     axes = ", ".join(AXES[int(row.argmax())] for row in turn)
     notes = [f"TRC: {up} up, its x, y, z are the clip's {axes}"] if up != fit.up else []
     if changed:
         notes.append(f"TRC: markers whose name a joint has get a number: {listed(changed)}")
-    return _text(fit, name, list(tracks), values), tuple(notes)
+    name = f"{Path(fit.clip).stem}{SUFFIX}"
+    return Rendered({SUFFIX: _text(fit, name, list(tracks), values)}, tuple(notes))
+
+
+def _add_markers(tracks: dict[str, Array], clip: Clip, subject: str) -> list[str]:
+    """Add the subject's markers to the tracks; returns the names that got a number."""
+    changed = []
+    for column, (label, whose) in enumerate(zip(clip.labels, clip.subjects, strict=True)):
+        if whose != subject:
+            continue
+        title = stem = _one_word(label)
+        number = 2
+        while title in tracks:
+            title = f"{stem}_{number}"
+            number += 1
+        if title != stem:
+            changed.append(title)
+        tracks[title] = clip.points[:, column]
+    return changed
 
 
 def _one_word(name: str) -> str:
@@ -61,6 +87,8 @@ def _one_word(name: str) -> str:
 
 
 def _text(fit: SkeletonFit, name: str, titles: list[str], values: Array) -> str:
+    import numpy as np
+
     frames, count = len(values), len(titles)
     first, rate = int(fit.frame_numbers[0]), f"{fit.rate:.10g}"
     head = {
