@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arms import ARM, ARM_MARKERS, BALL, HINGE, TWO, arm_recording, association
 from fitted import GAPS, JOINTS, NOISE, SHORT, joints
 from recordings import constant_error, fit_clip, fit_recording, fit_sample
 
@@ -20,6 +21,7 @@ from mocap_skel.artificial import (
     walk,
 )
 from mocap_skel.joints.verdicts import SAFE_ERROR
+from mocap_skel.results.verdict import verdict
 
 
 def knee_as_hinge(seed):
@@ -111,6 +113,38 @@ class TestVerdicts:
         for name in ("range_of_motion", "gaps", "two_dancers", "nearly_still"):
             for joint in fit_sample(name).joints:
                 assert (joint.shown == "yes") == (joint.reason == "")
+
+
+@pytest.fixture(scope="module")
+def fits(tmp_path_factory):
+    """Fits of an arm of which the upper arm has two markers, by what the shoulder can do."""
+    arm = association(ARM, ARM_MARKERS, tmp_path_factory.mktemp("arm"))
+    return {
+        name: fit_recording(arm_recording(TWO, shoulder, 0.0003), arm)
+        for name, shoulder in (("ball", BALL), ("hinge", HINGE))
+    }
+
+
+class TestBelowAnUnknownJoint:
+    """The frame of a segment of two markers stands on its joint as well."""
+
+    def test_a_joint_below_is_weak_and_says_on_what_it_rests(self, fits):
+        shoulder, elbow, wrist = fits["hinge"].joints
+        assert shoulder.shown == "no"
+        assert elbow.shown == "weak"
+        assert elbow.reason == "the frame of Upper rests on Shoulder, which is not known"
+        # The forearm has three markers of its own.
+        assert (wrist.shown, wrist.reason) == ("yes", "")
+
+    def test_the_same_movement_below_a_known_joint_is_a_yes(self, fits):
+        assert [(joint.shown, joint.reason) for joint in fits["ball"].joints] == [("yes", "")] * 3
+
+    def test_a_place_holder_is_named_as_one(self, fits):
+        said = "place holders, no joint centres (known: no): Shoulder"
+        assert said in fits["hinge"].notes
+        assert not any("place holders" in note for note in fits["ball"].notes)
+        assert verdict(fits["hinge"])[0].endswith("not to be trusted: shoulder.")
+        assert "not" not in verdict(fits["ball"])[0]
 
 
 @pytest.mark.real

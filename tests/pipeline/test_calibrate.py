@@ -218,6 +218,32 @@ class TestPooling:
         right = next(j for j in fit.joints if j.joint == "RightKnee")
         assert "calibration" in right.reason and right.shown != "no"
 
+    def test_a_thigh_marker_that_was_moved_keeps_its_own_radius_at_the_hip(self, both):
+        """The hip is where it was, and the other clips tell of it; not of this marker's distance."""
+        changed = clip("Left", move=("LTHI", (0.0, 0.0, 0.02)))
+        before = fit_clip(changed, prior="none")
+        after = fit_clip(changed, prior="none", calibration=both.calibration)
+        alone, hip = (next(j for j in f.joints if j.joint == "LeftHip") for f in (before, after))
+        assert "calibration (2 clips)" in hip.reason
+        assert hip.samples == 3 * alone.samples
+        # The radius of 0.2 m is known to 1 mm / √1200 and what the centre's error adds, 0.4 mm; one
+        # that is shared with the old place would be off by a share of 2 cm.
+        np.testing.assert_allclose(hip.radius, alone.radius, rtol=0, atol=1e-3)
+        assert hip.residual == pytest.approx(alone.residual, rel=0.1)
+        assert np.linalg.norm(constant_error(after, half("Left"), hip)) < 0.002
+
+    def test_the_independent_samples_of_all_clips_add_up(self, both):
+        itself, other = both.calibration.clips
+        without = both.calibration.without(itself.digest)
+        fit = fit_clip(clip("Left"), prior="none", calibration=without)
+        told = [j for j in fit.joints if j.joint in other.joints and "calibration" in j.reason]
+        assert len(told) >= 10
+        for joint in told:
+            theirs = other.joints[joint.joint].evidence
+            own = joint.evidence
+            assert joint.effective == pytest.approx(own.effective.sum() + theirs.effective.sum())
+            assert joint.samples == own.count.sum() + theirs.count.sum()
+
     def test_fewer_markers_are_aligned_by_what_is_left(self):
         rng = np.random.default_rng(5)
         places = {name: rng.normal(size=3) * 0.1 for name in "abcde"}
