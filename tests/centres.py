@@ -5,7 +5,8 @@ from scipy.spatial.transform import Rotation
 
 from mocap_skel.joints.centre import PriorKnowledge, fit_centre
 from mocap_skel.joints.choices import Estimation
-from mocap_skel.joints.samples import Frame, JointSamples
+from mocap_skel.joints.samples import Frame, JointSamples, gather
+from mocap_skel.joints.sphere import fit_markers
 from mocap_skel.segments.pose import least_squares_pose
 from mocap_skel.segments.shape import Shape
 
@@ -25,6 +26,12 @@ def centre_of(points, sigma=0.0, frame=EXACT, *, own=None, noise=None, shared=No
     samples = JointSamples(points, sigma, sigma if own is None else own, frame, noise, shared)
     choice = {k: more.pop(k) for k in ("method", "each") if k in more}
     return fit_centre(samples, Estimation(**choice), PriorKnowledge(**more))
+
+
+def sphere_of(points, sigma=0.0, frame=EXACT, *, own=None, pooled=None, **choice):
+    """The sphere step of `centre_of` alone."""
+    samples = JointSamples(points, sigma, sigma if own is None else own, frame)
+    return fit_markers(gather(samples, pooled), Estimation(**choice))
 
 
 def cap(half_angle, count, axis=(0.0, 0.0, 1.0)):

@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 from limbs import KNEE, limb
 
 from mocap_skel.artificial.rotations import from_vector
-from mocap_skel.joints.hinge import LEAST_BEND, inward
+from mocap_skel.joints.hinge import inward
 from mocap_skel.spherefit import sphere_moments
 
 EXACT = 1e-9
+# Sine of the bend from which the plane of the bones tells the axis.
+LEAST_BEND = 0.15
 vectors = st.tuples(*[st.floats(-3, 3)] * 3).map(np.array)
 
 
@@ -117,3 +119,18 @@ def test_an_end_that_lies_aside_itself():
     outside = np.array([0.0, -0.08, 0.0])
     found = inward(above - outside, below, KNEE, 1.0, 0.0, 0.08)
     assert np.linalg.norm(found - inwards) * KNEE.by < 0.001
+
+
+def test_conditions_that_contradict_each_other_count_by_their_errors():
+    """The bone above to 2 cm, the one below, which leans, to 4: solved by hand, bones along -z and x."""
+    upper, lower, depth, beside, swing = 0.4, 0.3, 0.054, 0.043, 0.2
+    found = inward(
+        np.array([0.0, 0.0, -upper]), np.array([lower, 0.0, 0.0]), KNEE, 1.0,
+        np.diag([0.0, 0.0, swing**2]),
+    )  # fmt: skip
+    # Least squares of -0.4 z = -depth, and of 0.2 z = 0, for the shank swings by so much up and down.
+    z = upper * depth / 0.02**2 / (upper**2 / 0.02**2 + swing**2 / 0.04**2)
+    x = (depth - beside) / lower
+    # The rest of the length, less what a doubt of the bend takes; the normal is -z × x = -y.
+    y = -np.sqrt(1 - x**2 - z**2) / (1 + LEAST_BEND**2)
+    assert found == pytest.approx(np.array([x, y, z]) / np.linalg.norm([x, y, z]), abs=EXACT)

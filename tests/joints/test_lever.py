@@ -29,6 +29,21 @@ class TestFrameNoise:
         # At the frame's own centre there is no lever: σ²/M.
         np.testing.assert_allclose(expected[0], sigma**2 / 4 * np.eye(3), rtol=0, atol=1e-18)
 
+    def test_noise_of_any_shape_makes_its_own_turns(self):
+        """Along z ten times the noise: the frame turns about x and y, hardly about z."""
+        rng, sigma, runs = np.random.default_rng(21), 0.001, 20_000
+        place = np.array([0.3, -0.1, 0.2])
+        matrix = np.diag([1.0, 0.5, 10.0])
+        noise = sigma * rng.standard_normal((runs, *TEMPLATE.shape)) @ np.sqrt(matrix)
+        pose = least_squares_pose(TEMPLATE + noise, TEMPLATE, np.ones(4))
+        seen = pose.to_segment(np.broadcast_to(place, (runs, 1, 3)))[:, 0] - place
+        lever = Lever.of(frame_on().shape, matrix)
+        law = sigma**2 * lever.covariance(sphere_moments(place[None, None]))[0]
+        # As above: 1 % of the variances, five of which.
+        np.testing.assert_allclose(
+            seen.T @ seen / runs, law, rtol=0, atol=5 * np.sqrt(2 / runs) * np.trace(law)
+        )
+
     def test_its_covariance_is_averaged_over_the_places_of_a_marker(self):
         points = on_sphere(1.0, 200, np.random.default_rng(12))
         lever = Lever.of(frame_on().shape)

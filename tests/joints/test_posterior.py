@@ -77,6 +77,19 @@ def test_two_that_know_alike_meet_halfway():
     assert found.share == pytest.approx(0.5)
 
 
+def test_information_adds_up_whatever_the_directions_of_both():
+    """(P⁻¹ + S⁻¹)⁻¹ of docs/priors.md, for ellipsoids that lie askew; no contradiction."""
+    p, s = covariance([0.01, 0.02, 0.03], (1, 2, 3)), covariance([0.03, 0.01, 0.02], (-1, 0.5, 0))
+    centre, mean = np.array([0.01, 0.0, 0.0]), np.array([0.0, 0.005, 0.0])
+    found = combined(centre, p, Expected(mean, s, ("A",), "s"))
+    both = np.linalg.inv(np.linalg.inv(p) + np.linalg.inv(s))
+    assert found.covariance == pytest.approx(both, rel=1e-9, abs=1e-12)
+    assert found.centre == pytest.approx(
+        both @ (np.linalg.solve(p, centre) + np.linalg.solve(s, mean))
+    )
+    assert found.share == pytest.approx(np.trace(both @ np.linalg.inv(p)) / 3)
+
+
 @pytest.mark.parametrize("sds_apart", [0.0, 1.0, 1.73, 1.74, 3.0, 10.0])
 def test_a_contradiction_widens_the_error_by_birges_factor(sds_apart):
     """χ² of the difference over its three degrees of freedom, never below one."""
@@ -148,6 +161,15 @@ def test_two_that_know_alike_meet_halfway_and_know_no_more():
     centre, cov = averaged(np.array([0.02, 0, 0]), variance * np.eye(3), known, 0.0)
     assert centre == pytest.approx([0.01, 0, 0])
     assert cov == pytest.approx(variance * np.eye(3))
+
+
+def test_a_point_that_slides_is_known_by_its_slide():
+    """1 / (residual / turns + slide) along each direction, half of that and of the sphere's."""
+    known = shared(turns=(0.5, 0.25, 1.0), residual=1e-4)
+    centre, cov = averaged(np.array([0.02, 0.02, 0.02]), 1e-3 * np.eye(3), known, 2e-4)
+    its = 1 / (1e-4 / np.array([0.5, 0.25, 1.0]) + 2e-4)
+    assert centre == pytest.approx(0.02 * 1000 / (1000 + its))
+    assert cov == pytest.approx(np.diag(2 / (1000 + its)))
 
 
 @settings(max_examples=50, deadline=None)

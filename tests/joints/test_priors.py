@@ -198,10 +198,34 @@ def test_a_limb_in_line_with_its_marker_has_no_way_inward():
     assert expected_joint(priors, {}, there).source == "next"
 
 
+@pytest.mark.parametrize(("degrees", "way"), [(59, "next"), (61, "s")])
+def test_the_way_inward_is_square_to_the_bone_above_within_30_degrees(degrees, way):
+    """A straight limb whose ends force the way: cos 60° of it along the bone is the limit."""
+    # Hip, marker and ankle in line: the depth alone has the way, -depth / length along the bone.
+    length = 0.054 / np.cos(np.radians(degrees))
+    places = {"KNE": np.array([0.0, 0.0, -length])}
+    ankle = np.array([0.3, 0.0, -length])
+    lower = sphere_moments(np.tile(ankle, (10, 1)))
+    there = Surroundings(places, np.zeros(3), lambda m: lower, 1.0)
+    found = expected_joint([prior("KNE", **HINGE), prior("KNE", source="next")], {}, there)
+    assert found.source == way
+
+
+def test_the_step_inward_is_as_long_as_the_subject_is_large():
+    there, _ = knee(upper=np.zeros(3))
+    for size in (1.0, 1.3):
+        places = {name: size * place for name, place in there.places.items()}
+        lower = sphere_moments(size * np.tile(there.lower(()).mean, (10, 1)))
+        grown = Surroundings(places, np.zeros(3), lambda m, lower=lower: lower, size)
+        step = expected_joint([prior("KNE", **HINGE)], {}, grown).mean - places["KNE"]
+        assert np.linalg.norm(step) == pytest.approx(size * 0.054)
+
+
 def test_the_hinge_of_a_joint_is_found_behind_other_priors():
-    priors = [prior("A", "B"), prior("A", line=("A", "B")), prior("KNE", **HINGE)]
-    assert hinge_shift(priors) == ("KNE", Shift(**HINGE))
-    assert hinge_shift(priors[:2]) is None
+    """Behind one between two markers too, which has a depth of its own."""
+    priors = [prior("A", "B"), prior("A", "B", **HINGE), prior("A", line=("A", "B"))]
+    assert hinge_shift([*priors, prior("KNE", **HINGE)]) == ("KNE", Shift(**HINGE))
+    assert hinge_shift(priors) is None
 
 
 # --- the shipped files

@@ -13,7 +13,7 @@ from mocap_skel.artificial.spheres import cap
 from mocap_skel.joints.samples import Gathered, JointSamples, gather
 from mocap_skel.joints.skin import SLIDE, Skin, skin_error
 from mocap_skel.joints.sphere import Sphere
-from mocap_skel.spherefit import fit_sphere, radial_variance, smooth_share
+from mocap_skel.spherefit import SphereFit, fit_sphere, radial_variance, smooth_share
 
 vectors = st.tuples(*[st.floats(-3, 3)] * 3).map(np.array)
 
@@ -139,6 +139,81 @@ def test_a_marker_at_the_centre_breaks_nothing():
     found = skin_of(np.tile(place, (20, 1, 1)), 0.0, fit=replace(fit, centre=place))
     assert np.isfinite(found.covariance).all()
     assert np.isfinite(found.shift).all()
+
+
+# --- by hand: the numbers of the error model are those of docs/priors.md
+
+
+def by_hand(widths, residual, smooth, *, count=10_000, arm=0.3, leverage=0.0, noise=0.0):
+    """A marker at `arm` above a centre in the origin whose directions cover `widths` radians, evenly."""
+    points = np.tile([0.0, 0.0, arm], (count, 1, 1))
+    seen = gather(JointSamples(points, 1e-6, 1e-6, EXACT), None)
+    spread = np.diag([*np.square(widths) / 12, 0.01]) * arm**2
+    moments = replace(seen.own.moments, covariance=spread[None])
+    own = replace(
+        seen.own, moments=moments, smooth=np.array([smooth]), leverage=leverage * np.eye(3)[None]
+    )
+    fit = SphereFit(
+        np.zeros(3), np.array([arm]), np.eye(3), np.diag(spread), np.asarray(3), np.asarray(0.0)
+    )
+    return Sphere(
+        Gathered(seen.samples, own, None), fit, noise * np.eye(3)[None], np.ones(1), "best",
+        np.array([residual]), 0.0,
+    )  # fmt: skip
+
+
+def test_the_slide_is_seven_and_a_half_metres_a_radian_over_the_places():
+    """0.8 by 1.2 rad are 2 x 3 places of 0.4; less than a place is one."""
+    tau2 = 1e-8
+    for widths, places in (((0.8, 1.2), 6), ((0.2, 1.2), 3), ((0.1, 0.3), 1)):
+        found = skin_error(by_hand(widths, tau2, 1.0, count=10**6))
+        # What chance may hide, 2/√N of it, is next to nothing.
+        assert found.slide == pytest.approx(7.5**2 * tau2 / places, rel=0.003 * places)
+
+
+def test_a_usual_slide_is_two_centimetres_a_radian_for_a_metre_of_reach():
+    """However little is smooth: white residuals of 10 cm would hide any slide, so it is the usual one."""
+    for widths, places in (((0.8, 1.2), 6), ((0.1, 0.3), 1)):
+        found = skin_error(by_hand(widths, 0.01, 0.0, count=16))
+        usual, concealed = (0.02 * 0.3 / places**2) ** 2, 7.5**2 * 0.01 * 2 / np.sqrt(16)
+        assert found.slide == pytest.approx(usual * concealed / (usual + concealed), rel=1e-9)
+        assert found.slide == pytest.approx(usual, rel=1e-3)
+
+
+def test_chance_hides_two_standard_errors_of_white_noise():
+    """So little of it that far less than the usual slide can be there."""
+    found = skin_error(by_hand((0.1, 0.3), 1e-12, 0.0, count=400))
+    assert found.slide == pytest.approx(7.5**2 * 1e-12 * 2 / 20, rel=1e-4)
+
+
+def test_a_centre_is_known_by_the_places_that_its_markers_were_in():
+    """(n C / τ² + 1 / reach²)⁻¹ with the scatter of the directions, and what the slide adds everywhere."""
+    tau2, count = 1e-6, 10**6
+    found = skin_error(by_hand((0.8, 1.2), tau2, 1.0, count=count))
+    hidden = found.slide - 7.5**2 * tau2 / 6
+    cap = np.array([0.8**2 / 12, 1.2**2 / 12, 0.01])
+    known = 6 * cap / (tau2 + hidden * cap.sum()) + 1 / 0.3**2
+    rest = found.covariance - np.outer(found.shift, found.shift) - found.slide * np.eye(3)
+    assert rest == pytest.approx(np.diag(1 / known), rel=1e-6, abs=1e-12)
+
+
+def test_half_of_skin_is_taken_for_noise_and_four_times_that_along_the_bone():
+    """ΔN = ½ (τ² I + 4 τ² L), and (C - N)(c - x̄) goes by ΔN (c - x̄): away from the marker."""
+    tau2, noise = 1e-6, 1e-4
+    found = skin_error(by_hand((0.8, 1.2), tau2, 1.0, leverage=2.0, noise=noise))
+    more = 0.5 * (tau2 + 4 * tau2 * 2.0)
+    # The marker is 0.3 m above, and the spread along the arm 0.01 of its square.
+    assert found.shift == pytest.approx([0, 0, -more * 0.3 / (0.01 * 0.3**2 - noise)], abs=1e-15)
+
+
+def test_what_is_taken_away_is_no_cover():
+    """Noise that a fit takes away spreads the directions, but shows no places."""
+    spread, noise = 0.3**2 * 0.8**2 / 12, 0.3**2 * 0.4**2 / 12
+    found = skin_error(by_hand((0.8, 0.4), 1e-10, 1.0, noise=noise, count=10**6))
+    # √(0.8² - 0.4²) rad are left of one way, nothing of the other.
+    places = np.sqrt(0.8**2 - 0.4**2) / 0.4
+    assert noise < spread
+    assert found.slide == pytest.approx(7.5**2 * 1e-10 / places, rel=0.01)
 
 
 # --- the smooth share

@@ -7,9 +7,10 @@ import pytest
 from centres import CENTRE, arc, centre_of, frame_on, on_sphere
 from scipy.spatial.transform import Rotation
 
-from mocap_skel.joints.joint_fit import JointFit, unfitted
+from mocap_skel.joints.joint_fit import JointFit, from_anatomy, unfitted
+from mocap_skel.joints.priors import Expected
 from mocap_skel.joints.samples import Frame
-from mocap_skel.joints.verdicts import SAFE_ERROR
+from mocap_skel.joints.verdicts import SAFE_ERROR, by_movement, by_numbers
 
 
 class TestVerdict:
@@ -126,5 +127,59 @@ def test_an_unfitted_joint_is_all_nan_and_says_why():
     assert isinstance(replace(joint, centre=np.zeros(3)), JointFit)
 
 
-def test_the_safe_error_is_that_of_the_documents():
+@pytest.mark.parametrize(
+    ("rank", "weakest", "residual", "over_noise", "shown", "word"),
+    [
+        (0, 0.05, 0.0, 99, "no", "hardly moves"),
+        (1, 0.05, 0.0, 99, "no", "one line"),
+        (2, 0.05, 0.0, 99, "no", "one axis"),
+        # Skin on a person who stands still spreads 3 mm.
+        (3, 0.00299, 0.0, 99, "no", "3.0 mm in one direction: skin"),
+        (3, 0.00301, 0.0, 99, "yes", ""),
+        # The thesis's criterion: σ < √λ_min.
+        (3, 0.02, 0.0201, 99, "no", "less than its noise"),
+        (3, 0.02, 0.0199, 99, "weak", "2.0 cm in one direction"),
+        # Three times the residual is safe.
+        (3, 0.03, 0.0101, 99, "weak", "little above its noise"),
+        (3, 0.03, 0.0099, 99, "yes", ""),
+        # Against what noise alone spreads, movement and noise add up: √2, and three times.
+        (3, 0.05, 0.0, 1.41, "no", "less than its noise"),
+        (3, 0.05, 0.0, 1.42, "weak", "little above its noise"),
+        (3, 0.05, 0.0, 2.99, "weak", "little above its noise"),
+        (3, 0.05, 0.0, 3.01, "yes", ""),
+    ],
+)
+def test_each_limit_of_the_movement_by_its_number(rank, weakest, residual, over_noise, shown, word):
+    found = by_movement(rank, weakest, residual, over_noise)
+    assert found.shown == shown
+    assert word in found.reason
+
+
+def test_each_limit_of_the_numbers_by_its_number():
+    """A centimetre of residual, then one of standard error."""
+    assert by_numbers(0.0099, 0.0099) == ("yes", "")
+    assert by_numbers(0.0101, 0.02).reason.startswith(
+        "its markers do not keep their distance (1.0 cm)"
+    )
+    assert by_numbers(0.0099, 0.0101) == ("weak", "standard error 1.0 cm in one direction")
     assert SAFE_ERROR == 0.01
+
+
+def test_the_errors_of_a_joint_are_roots_of_its_covariance():
+    turn = Rotation.from_euler("z", 45, degrees=True).as_matrix()
+    joint = replace(
+        unfitted("Knee", "Thigh", "Shank", 7, ""), centre=np.zeros(3),
+        covariance=turn @ np.diag([0.0009, 0.0001, 0.0004]) @ turn.T,
+    )  # fmt: skip
+    assert joint.standard_error == pytest.approx([np.sqrt(0.0005), np.sqrt(0.0005), 0.02])
+    assert joint.worst_error == pytest.approx(0.03)
+
+
+def test_a_joint_of_anatomy_is_not_shown_and_says_why():
+    prior = Expected(np.ones(3), 0.0004 * np.eye(3), ("LKNE",), "Gordon 1989")
+    found = from_anatomy(prior, "no marker on Shank", 2)
+    assert (found.shown, found.reason, found.method) == ("no", "no marker on Shank", "PRIOR")
+    assert (found.share, found.samples, found.effective) == (0.0, 0, 0.0)
+    assert (found.landmarks, found.source) == (("LKNE",), "Gordon 1989")
+    assert found.worst_error == pytest.approx(0.02)
+    assert np.isnan(found.motion).all() and np.isnan(found.radius).tolist() == [True, True]
