@@ -68,7 +68,12 @@ def c3d_file(
     tail=b"",
     **point,
 ):
-    """Write points (frames, markers, 3); any POINT or `TRIAL__…` parameter, None to leave it out."""
+    """Write points (frames, markers, 3).
+
+    Args:
+        analogs: analog values a frame, one a channel.
+        point: any parameter of POINT, or of another group as `TRIAL__…`, None to leave it out.
+    """
     points = np.asarray(points, dtype=float)
     count, markers, _ = points.shape
     order = ">" if machine == "MIPS" else "<"
@@ -79,11 +84,7 @@ def c3d_file(
         "RATE": float(rate),
         "LABELS": [f"M{i + 1}" for i in range(markers)] or None,
         "UNITS": "mm",
-    } | point
-    records = [
-        struct.pack("<bb", len(name), -group) + name.encode() + struct.pack(order + "hb", 3, 0)
-        for group, name in ((1, "POINT"), (2, "ANALOG"), (3, "TRIAL"))
-    ]
+    }
     if analogs:
         # ezc3d crashes the interpreter where these are not there.
         said |= {
@@ -94,13 +95,19 @@ def c3d_file(
             "ANALOG__OFFSET": np.zeros(analogs, int),
             "ANALOG__LABELS": ["A"] * analogs,
         }
+    said |= point
+    groups = ["POINT", "ANALOG", "TRIAL", *(["ROTATION"] if "ROTATION__USED" in said else [])]
+    records = [
+        struct.pack("<bb", len(name), -i) + name.encode() + struct.pack(order + "hb", 3, 0)
+        for i, name in enumerate(groups, 1)
+    ]
     section = b""
     # The place of the data depends on the parameters' length, in which it stands.
     for start in (0, 1):
         said["DATA_START"] = start and 2 + len(section) // BLOCK
         section = b"\1\x50\0" + bytes([MACHINES[machine]]) + b"".join(records)
         for name, value in said.items():
-            group = {"ANALOG": 2, "TRIAL": 3}.get(name.split("__")[0], 1)
+            group = 1 + groups.index(name.split("__")[0] if "__" in name else "POINT")
             if value is not None:
                 section += parameter(group, name.split("__")[-1], value, machine)
         section += bytes(-len(section) % BLOCK or BLOCK)

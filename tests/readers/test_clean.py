@@ -9,7 +9,9 @@ from c3d_bytes import c3d_file, cloud, notes, same
 from mocap_skel import artificial as art
 from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers import read_clip, units
+from mocap_skel.readers.clean import clean
 from mocap_skel.readers.formats.c3d import with_c3d, with_ezc3d
+from mocap_skel.readers.raw import RawClip
 
 # --- Plain files --------------------------------------------------------------------------------
 
@@ -96,11 +98,35 @@ def test_the_unit_asked_for_wins(path):
     assert "mm" in error.value.hint
 
 
-@pytest.mark.parametrize("factor", [1, 1e-6])
-def test_a_size_that_cannot_be_is_noted(path, factor):
-    clip = read_clip(c3d_file(path, cloud() * factor, UNITS="m"))
+def cleaned(points, salvage=False, unit="mm", **raw):
+    """Points (frames, markers, 3) as a clip, without any file."""
+    points = np.array(points, dtype=float)
+    labels = tuple(f"M{i}" for i in range(points.shape[1]))
+    return clean(RawClip(points, labels, 100.0, unit, **raw), "clip", None, None, salvage)
+
+
+def apart(*lengths):
+    """Two markers that are so far apart in each frame."""
+    return [[[5, 5, 5], [5 + length, 5, 5]] for length in lengths]
+
+
+@pytest.mark.parametrize(
+    ("span", "noted"), [(0.019, True), (0.021, False), (99, False), (101, True)]
+)
+def test_a_size_that_cannot_be_is_noted(span, noted):
+    """From two markers of a finger to a football field."""
+    clip = cleaned(apart(span), unit="m")
+    said = f"the markers span {span:g} m if the unit is 'm' as the file says; if that cannot be, "
+    assert clip.notes == ((f"{said}give another --unit",) if noted else ())
     assert clip.unit == "m"
-    assert "if the unit is 'm' as the file says" in notes(clip)
+
+
+def test_a_size_is_that_of_the_frame_in_the_middle():
+    """Neither frames in which a marker has gone astray nor those in which two are one decide the unit."""
+    clip = cleaned(apart(1, 2, 1800, 1801, 1802, 9e5, 9e5), unit="")
+    assert clip.notes == (
+        "no unit in the file: mm by the size of the figure, 1.80 m; if that cannot be, give --unit",
+    )
 
 
 # --- Missing samples ----------------------------------------------------------------------------
@@ -132,6 +158,42 @@ def test_a_marker_that_is_never_seen_stays_as_a_column(path):
     assert list(clip.missing()) == [0, 1, 0]
 
 
+def test_what_a_residual_marks_is_missing_wherever_a_library_puts_it(path, monkeypatch):
+    found = with_ezc3d.read(c3d_file(path, cloud()))
+    found.invalid[4, 1] = True
+    monkeypatch.setattr(with_ezc3d, "read", lambda *_: found)
+    assert np.argwhere(np.isnan(read_clip(path).points[..., 0])).tolist() == [[4, 1]]
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_place_is_judged_by_all_three_coordinates(axis):
+    points = cloud()
+    points[3, 1] = 0
+    points[3, 1, axis] = -5
+    points[4, 2, axis] = -2e7
+    clip = cleaned(points)
+    assert np.argwhere(np.isnan(clip.points).any(axis=2)).tolist() == [[4, 2]]
+    assert clip.notes == ("samples farther off than 1e+07 that count as missing: 1",)
+
+
+def test_damage_takes_two_frames_on_either_side_with_it():
+    points = cloud()
+    points[10, :, 0] = 1e9, -4e9, 2e9
+    with pytest.raises(ClipError) as error:
+        cleaned(points, first_frame=101)
+    said = "damaged: coordinates such as -4e+09 in it, 5 frames from 109 to 113"
+    assert (error.value.message, error.value.hint) == (said, "--salvage reads the other frames")
+    clip = cleaned(points, salvage=True, first_frame=101)
+    lost = np.isnan(clip.points).all(axis=(1, 2))
+    assert np.flatnonzero(lost).tolist() == [8, 9, 10, 11, 12]
+    np.testing.assert_allclose(clip.points[~lost], cloud()[~lost] / 1000, rtol=1e-15)
+    assert clip.notes == (f"{said}, where every marker counts as missing",)
+    # Where it is everywhere, nothing is left to be read.
+    with pytest.raises(ClipError, match="damaged") as error:
+        cleaned(points[8:13], salvage=True)
+    assert error.value.hint is None
+
+
 @pytest.mark.parametrize("value", [0.0, np.nan])
 def test_all_missing_is_an_error(path, value):
     with pytest.raises(ClipError, match=r"clip\.c3d: every marker is missing in every frame"):
@@ -159,8 +221,10 @@ def test_the_rate_of_the_header_and_the_rate_asked_for(path):
     assert clip.notes == ("POINT:RATE is 100 Hz, the header's 120; the first is taken",)
 
 
-@pytest.mark.parametrize("rate", [0, -1, np.nan, np.inf])
+@pytest.mark.parametrize("rate", [0, -1, np.nan, np.inf, 0.0099, 100001])
 def test_a_rate_that_is_none(path, rate):
+    assert read_clip(c3d_file(path, cloud()), rate=0.01).rate == 0.01
+    assert read_clip(path, rate=1e5).rate == 1e5
     with pytest.raises(CallError, match=r"a frame rate is a number from 0\.01"):
         read_clip(c3d_file(path, cloud()), rate=rate)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from c3d_bytes import (
+    BLOCK,
     c3d_file,
     is_right,
     notes,
@@ -30,6 +31,10 @@ def test_coordinates_that_are_nowhere(path):
     points[:50, 1] *= np.linspace(1, 2, 150).reshape(50, 3)
     with pytest.raises(ClipError, match=r"clip\.c3d: damaged: coordinates such as .*e\+19 in it"):
         read_clip(c3d_file(path, points))
+
+
+# What a clip says of eight markers in ten frames at (0, 0, 0).
+NO_PLACE = ("samples at exactly (0, 0, 0) that count as missing: 80",)
 
 
 def spans(path, data, at, message, before):
@@ -69,17 +74,35 @@ def test_points_that_jump_all_at_once_are_no_lost_bytes(path):
     assert is_right(c3d_file(path, noise), noise).notes == ()
 
 
-@pytest.mark.parametrize("scale", [-1.0, 0.1])
-def test_a_tail_of_zeros_is_one_of_a_file_that_is_cut_off(path, scale):
+@pytest.mark.parametrize(("scale", "zeros"), [(-1.0, 0), (0.1, 0), (-1.0, BLOCK)])
+def test_a_tail_of_zeros_is_one_of_a_file_that_is_cut_off(path, scale, zeros):
+    """Also where zeros stand before the header."""
     data = c3d_file(path, tracks(200, 8), scale=scale).read_bytes()
     found = survey(path)
     at = found.layout.start + 90 * found.layout.stride + 21
-    rest = bytes(len(data) - at)
-    spans(path, data[:at] + rest, at, "nothing but zeros from frame 92 on, as in a file", 91)
-    # Some blank frames are nobody's loss.
-    at = found.layout.start + 195 * found.layout.stride
-    path.write_bytes(data[:at] + bytes(len(data) - at))
-    assert read_clip(path).frames == 200
+    cut = bytes(zeros) + data[:at] + bytes(len(data) - at)
+    spans(path, cut, at, "nothing but zeros from frame 92 on, as in a file", 91)
+
+
+def test_ten_blank_frames_at_the_end_are_nobodys_loss_and_eleven_are(path):
+    data = c3d_file(path, tracks(200, 8), first=1001).read_bytes()
+    layout = survey(path).layout
+    for blank in (10, 11):
+        at = layout.start + (200 - blank) * layout.stride
+        path.write_bytes(data[:at] + bytes(len(data) - at))
+        if blank == 10:
+            assert (read_clip(path).frames, read_clip(path).notes) == (200, NO_PLACE)
+    with pytest.raises(ClipError, match="nothing but zeros from frame 1190 on"):
+        read_clip(path)
+
+
+def test_the_frame_at_which_bytes_are_lost_has_the_files_own_number(path):
+    data = c3d_file(path, tracks(200, 8), first=1001).read_bytes()
+    layout = survey(path).layout
+    at = layout.start + 90 * layout.stride + 37
+    path.write_bytes(data[:at] + data[at + 16 :] + bytes(16))
+    with pytest.raises(ClipError, match=r"bytes are lost or inserted at frame 109[0-2], from"):
+        read_clip(path)
 
 
 def test_a_file_whose_way_of_saying_missing_is_zeros(path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import os
 import re
 import shutil
 import subprocess
@@ -211,6 +212,17 @@ def test_no_file_and_a_folder(tmp_path):
         read_clip(tmp_path / "none.c3d")
     with pytest.raises(ClipError, match=f"{tmp_path.name}: "):
         read_clip(tmp_path)
+
+
+@pytest.mark.skipif(not Path("/dev/fd").is_dir(), reason="a pipe has no name")
+def test_a_pipe_is_refused_before_it_is_read_empty(path):
+    """Its bytes come once; the format is known by the first of them, and the reader would get the rest."""
+    reading, writing = os.pipe()
+    os.write(writing, c3d_file(path, cloud()).read_bytes())
+    os.close(writing)
+    with pytest.raises(ClipError, match=f"^/dev/fd/{reading}: File or stream is not seekable"):
+        read_clip(f"/dev/fd/{reading}")
+    os.close(reading)
 
 
 def test_a_file_without_parameters_is_named_and_no_library_sees_it(path, capfd, monkeypatch):

@@ -51,6 +51,62 @@ def test_a_cut_clip_that_keeps_the_numbers_of_its_take(path, reader):
     assert read_clip(path).notes == ()
 
 
+@pytest.mark.parametrize("reader", [with_ezc3d.read, with_c3d.read])
+def test_a_cut_clip_that_keeps_the_32_bit_start_of_its_take(path, reader):
+    """It does not go with the header's number as far as that goes: 90,000 is 24,464 there."""
+    c3d_file(path, cloud(), first=300, TRIAL__ACTUAL_START_FIELD=words(90000))
+    assert (reader(path).first_frame, read_clip(path).first_frame) == (300, 300)
+    c3d_file(path, cloud(), first=24464, TRIAL__ACTUAL_START_FIELD=words(90000))
+    assert (reader(path).first_frame, read_clip(path).first_frame) == (90000, 90000)
+
+
+def test_a_file_that_is_cut_off_past_16_bits_keeps_its_numbers(path):
+    c3d_file(
+        path,
+        cloud(500),
+        first=70000,
+        last=(70000 + 499) & 0xFFFF,
+        TRIAL__ACTUAL_START_FIELD=words(70000),
+        TRIAL__ACTUAL_END_FIELD=words(70000 + 499),
+    )
+    path.write_bytes(path.read_bytes()[: -BLOCK * 10])
+    with pytest.raises(ClipError, match="it says 500 frames and ends after 394 whole ones"):
+        read_clip(path)
+    # 48 bytes a frame: of 47 blocks 37 are left.
+    clip = read_clip(path, salvage=True)
+    assert list(clip.frame_numbers[[0, -1]]) == [70000, 70393]
+    np.testing.assert_allclose(clip.points, cloud(500)[: clip.frames] / 1000, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("claims", "first", "long", "room", "found"),
+    [
+        # A longer count is believed where 16 bits cannot number its last frame, and there is room for it.
+        ([20], 65507, 30, 30, 30),
+        ([20], 65506, 30, 30, 20),
+        ([20], 65507, 30, 29, 20),
+        # The most that 16 bits can say is "as many or more": the size of the file tells.
+        ([0xFFFF], 1, 0, 70000, 70000),
+        ([0xFFFF], 1, 0, 100, 0xFFFF),
+        ([0xFFFF, 0xFFFF], 1, 0, 70000, 70000),
+        ([0xFFFF, 50], 1, 0, 100, 50),
+        # Of two counts the first for which there is room; without any, the smaller one: the file is cut.
+        ([60, 31], 1, 0, 70, 60),
+        ([60, 31], 1, 0, 40, 31),
+        ([60, 31], 1, 0, 10, 31),
+        ([], 1, 0, 10, 10),
+    ],
+)
+def test_the_number_of_frames_of_counts_that_differ(claims, first, long, room, found):
+    groups = {"POINT": {"LONG_FRAMES": float(long)}}
+    assert frames.frame_count(claims, first, groups, room, lambda n: False) == found
+    # One that ends where the file ends settles it.
+    if len(claims) == 2 and min(claims) > 1:
+        assert (
+            frames.frame_count(claims, first, groups, room, lambda n: n == claims[1]) == claims[1]
+        )
+
+
 @pytest.mark.parametrize(
     ("groups", "first", "found"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 
 import numpy as np
@@ -13,12 +14,12 @@ from c3d_bytes import (
     change,
     is_right,
     notes,
-    parameter,
     place,
     same,
     tracks,
     value_of,
 )
+from commands import run
 from recordings import ASSOCIATIONS, CLIPS
 
 from mocap_skel.errors import ClipError
@@ -52,11 +53,18 @@ def test_points_that_do_not_follow_the_parameters(path):
 
 
 @pytest.mark.parametrize("pointer", [1, 3, 0x7F, 255])
-def test_a_pointer_to_the_parameters_that_is_wrong(path, pointer):
-    change(c3d_file(path, tracks()), 0, "B", pointer)
+@pytest.mark.parametrize("moved", [0, 3])
+def test_a_pointer_to_the_parameters_that_is_wrong(path, pointer, moved):
+    c3d_file(path, tracks())
+    (data,) = struct.unpack_from("<H", path.read_bytes(), 16)
+    blocks_between(path, 2, moved)
+    change(path, 0, "B", pointer)
+    change(path, 16, "<H", data + moved)
+    value_of(path, "DATA_START", "<h", data + moved)
     clip = is_right(path)
     assert clip.labels == ("M1", "M2", "M3", "M4")
-    assert f"the header says the parameters are in block {pointer}, they are in 2" in notes(clip)
+    said = f"the header says the parameters are in block {pointer}, they are in {2 + moved}"
+    assert said in notes(clip)
 
 
 @pytest.mark.parametrize("where", ["header", "DATA_START", "both"])
@@ -84,7 +92,7 @@ def test_zeros_before_the_header(path):
     path.write_bytes(bytes(BLOCK) + path.read_bytes())
     clip = is_right(path)
     assert clip.labels[0] == "M1"
-    assert "512 zeros stand before its header" in notes(clip)
+    assert clip.notes == ("512 zeros stand before its header; read with numpy",)
     path.write_bytes(bytes(4000))
     with pytest.raises(ClipError, match="not a C3D file"):
         read_clip(path)
@@ -118,9 +126,11 @@ def test_a_machine_that_is_not_named(path, machine, number):
 
 @pytest.mark.parametrize(("machine", "number"), [("INTEL", 85), ("DEC", 84)])
 def test_a_machine_that_it_is_not(path, machine, number):
-    c3d_file(path, tracks(), machine=machine)
-    change(path, BLOCK + 3, "B", number)
-    assert f"taken for {machine}" in notes(is_right(path))
+    # As the other machine's, the rates are next to nothing, or below zero.
+    for rate in (100.0, 59.94):
+        c3d_file(path, tracks(), machine=machine, rate=rate)
+        change(path, BLOCK + 3, "B", number)
+        assert f"taken for {machine}" in notes(is_right(path))
     # Without a rate nothing tells, and what it says is believed.
     c3d_file(path, tracks(), machine=machine, rate=0.0, RATE=100.0)
     assert is_right(path).notes == ()
@@ -170,6 +180,23 @@ def test_a_group_without_a_record(path):
     clip = is_right(path)
     assert clip.labels == ("M1", "M2", "M3", "M4")
     assert "POINT has no record of its own" in notes(clip)
+
+
+def test_two_groups_of_one_number_or_name(path):
+    """The first is the file's own."""
+    data = c3d_file(path, tracks(), TRIAL__UNITS="cm").read_bytes()
+    for other in (b"\5\xffOTHER", b"\5\xfdPOINT"):
+        path.write_bytes(data.replace(b"\5\xfdTRIAL", other))
+        point = survey(path).section.groups["POINT"]
+        assert (point["LABELS"], point["UNITS"]) == (["M1", "M2", "M3", "M4"], ["mm"])
+
+
+def test_of_two_parameters_of_one_name_the_later_holds(path):
+    """As ezc3d has it."""
+    c3d_file(path, tracks(), UNITS="cm", Units="mm")
+    assert survey(path).section.groups["POINT"]["UNITS"] == ["mm"]
+    assert with_ezc3d.read(path).parameters["POINT"]["UNITS"] == ["mm"]
+    assert is_right(path).unit == "mm"
 
 
 def test_no_group_of_points_at_all(path):
@@ -308,9 +335,12 @@ def test_a_number_of_frames_that_is_wrong(path, said):
     is_right(path)
 
 
-def test_a_tail_is_noted_and_is_no_frame(path):
-    c3d_file(path, tracks(), tail=np.random.default_rng(3).bytes(4000))
-    assert "goes on after the 60 frames" in notes(is_right(path))
+@pytest.mark.parametrize(("size", "noted"), [(0, False), (200, False), (600, True), (4000, True)])
+def test_a_tail_is_noted_and_is_no_frame(path, size, noted):
+    # 3,840 bytes of points: a tail of 200 ends in the same block as the padding may.
+    c3d_file(path, tracks(), tail=np.random.default_rng(3).bytes(size))
+    said = "the file goes on after the 60 frames that it says it has"
+    assert is_right(path).notes == ((said,) if noted else ())
 
 
 def test_a_rate_of_zero_in_the_parameters_or_in_the_header(path):
@@ -344,30 +374,53 @@ def test_events_in_the_header_are_nobodys_points(path):
 # --- No library sees what is not sound -----------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["ANALOG__SCALE", "ANALOG__OFFSET", "ANALOG__RATE"])
-def test_what_ezc3d_would_crash_on_it_is_not_shown(path, name, monkeypatch):
-    data = c3d_file(path, tracks(), analogs=3).read_bytes()
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("OFFSET", np.zeros(2), "ANALOG:OFFSET holds no integers"),
+        ("OFFSET", None, "ANALOG:OFFSET has fewer values than there are channels"),
+        ("SCALE", np.ones(1), "ANALOG:SCALE has fewer values than there are channels"),
+        ("LABELS", np.ones(2), "ANALOG:LABELS is no list of text"),
+        ("USED", None, "ANALOG:USED is missing"),
+        ("RATE", None, "ANALOG:RATE is missing"),
+        ("GEN_SCALE", None, "ANALOG:GEN_SCALE is missing"),
+    ],
+)
+def test_what_may_crash_ezc3d_is_read_without_it(path, name, value, said, monkeypatch):
     monkeypatch.setattr(with_ezc3d, "read", None)
-    short = name.removeprefix("ANALOG__").encode()
-    # A name's length and its group stand before it.
-    at = data.index(bytes([len(short), 2]) + short) + 2
-    path.write_bytes(data[:at] + b"XX" + data[at + 2 :])
-    clip = is_right(path)
-    assert f"ANALOG:{short.decode()}" in notes(clip)
+    c3d_file(path, tracks(), analogs=2, **{f"ANALOG__{name}": value})
+    assert is_right(path).notes[0].startswith(f"{said}; read with ")
 
 
-def test_integers_in_offset_that_are_floats(path, monkeypatch):
-    data = bytearray(c3d_file(path, tracks(), analogs=2).read_bytes())
-    at = data.index(b"OFFSET") + 8
-    # Two floats in the place of two integers would be longer: one that counts for both.
-    old = parameter(2, "OFFSET", np.zeros(2, int), "INTEL")
-    new = parameter(2, "OFFSET", np.zeros(2), "INTEL")
-    data = bytes(data).replace(old, new)
-    assert len(new) == len(old) + 4 and at
-    cut = data.index(bytes(4), data.index(b"ANALOG") + 400)
-    path.write_bytes(data[:cut] + data[cut + 4 :])
-    clip = is_right(path)
-    assert "ANALOG:OFFSET holds no integers; read with py-c3d" in notes(clip)
+@pytest.mark.parametrize("name", ["GEN_SCALE", "SCALE"])
+def test_a_list_of_scales_with_nothing_in_it_ends_no_process(path, name):
+    """In a child: ezc3d 1.7 takes a process that shows it such a file with it, by SIGSEGV."""
+    c3d_file(path, tracks(), analogs=2, **{f"ANALOG__{name}": np.zeros(0)})
+    done = run("inspect", path, cwd=path.parent)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "60 frames at 100 Hz" in done.stdout
+    assert re.search(rf"ANALOG:{name} .*; read with ", done.stdout)
+
+
+def test_lists_of_more_than_255_analog_channels_are_counted_whole(path):
+    more = {"USED": 600, "LABELS": ["A"] * 255, "SCALE": np.ones(255), "OFFSET": np.zeros(255, int)}
+    for name in ("SCALE", "OFFSET"):
+        more |= {f"{name}2": more[name], f"{name}3": more[name][:90]}
+    c3d_file(path, tracks(), analogs=600, **{f"ANALOG__{name}": v for name, v in more.items()})
+    assert survey(path).doubts == ()
+    c3d_file(
+        path,
+        tracks(),
+        analogs=600,
+        **{f"ANALOG__{name}": more[name] for name in more if name != "SCALE3"},
+    )
+    assert survey(path).doubts == ("ANALOG:SCALE has fewer values than there are channels",)
+
+
+def test_a_file_that_holds_rotations_is_not_for_ezc3d(path):
+    """It would end at frame 65,535."""
+    c3d_file(path, tracks(), ROTATION__USED=2)
+    assert is_right(path).notes == ("it holds rotations beside its points; read with py-c3d",)
 
 
 def test_the_walk_gives_what_py_c3d_gives(path, samples):
