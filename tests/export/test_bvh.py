@@ -315,6 +315,11 @@ class TestOptions:
         with pytest.raises(ValueError, match="names"):
             joint_names(segments, "maya")
 
+    def test_names_that_are_the_same_without_blanks_get_a_number(self):
+        segments = [Segment(name, None, joint, ()) for name, joint in
+                    (("Hips", None), ("A", "a b"), ("B", "a_b"), ("C", " a  b "))]  # fmt: skip
+        assert joint_names(segments, "mocap") == (("Hips", "a_b", "a_b_2", "a_b_3"), ())
+
     def test_joints_with_no_name_there_are_told(self):
         fit = fit_sample("nearly_still")
         figure = fit.skeleton

@@ -41,6 +41,17 @@ def test_within_gimbal_lock_nothing_jumps(middle):
     np.testing.assert_allclose(again, turn, rtol=0, atol=1e-7)
 
 
+@pytest.mark.parametrize("middle", [89.6, -89.99])
+def test_near_gimbal_lock_each_frame_is_still_exactly_its_rotation(middle):
+    rng = np.random.default_rng(3)
+    first, last = rng.uniform(-180, 180, (2, 50))
+    turn = Rotation.from_euler(
+        "ZXY", np.stack([first, np.full(50, middle), last], axis=1), degrees=True
+    ).as_matrix()
+    again = Rotation.from_euler("ZXY", euler_angles(turn, "ZXY"), degrees=True).as_matrix()
+    np.testing.assert_allclose(again, turn, rtol=0, atol=1e-11)
+
+
 def test_an_unknown_order_is_refused():
     with pytest.raises(ValueError, match="order"):
         euler_angles(np.eye(3)[None], "ZXZ")

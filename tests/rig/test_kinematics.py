@@ -72,14 +72,14 @@ class TestShortestTurn:
 
 class TestFollow:
     def test_one_point_is_followed_as_firmly_as_the_bone_is_short(self):
-        """The bone points along t + (F / L)² R₀ o: for L = F halfway, and without a twist."""
+        """The bone points along t + (5 cm / L)² R₀ o: one of 5 cm halfway, without a twist."""
         start = about([0, 0, 1], 0)[None]
-        offset = np.array([[FIRMNESS, 0, 0]])
-        target = np.array([[[0, FIRMNESS, 0]]])
+        offset = np.array([[0.05, 0, 0]])
+        target = np.array([[[0, 0.05, 0]]])
         np.testing.assert_allclose(follow(start, offset, target)[0], about([0, 0, 1], 45), **EXACT)
-        # A bone of three firmnesses goes nine tenths of the way: the tangent is 9.
+        # One of 15 cm to the tangent of 9.
         long = follow(start, 3 * offset, 3 * target)[0]
-        np.testing.assert_allclose(long, about([0, 0, 1], np.degrees(np.arctan2(9, 1))), **EXACT)
+        np.testing.assert_allclose(long, about([0, 0, 1], np.degrees(np.arctan(9))), **EXACT)
 
     def test_a_bone_without_length_keeps_its_turn(self):
         turn = about([0.6, 0, 0.8], 50)[None]

@@ -162,6 +162,47 @@ def limb(hinge, wanted, twist=0.0, degrees=30):
     ]  # fmt: skip
 
 
+class TestDirections:
+    """Segments whose own axes are the lab's, so that a rotation to the rest pose is told by what it turns."""
+
+    up = np.array([0.0, 1, 0])
+    still = np.broadcast_to(np.eye(3), (5, 3, 3))
+
+    def bone(self, name, rest, end):
+        at = np.zeros(3)
+        return Bone(segment(name, "Root", rest=rest), 0, at, at, np.array(end), self.still)
+
+    def test_what_points_the_other_way_comes_round_by_the_front(self):
+        at, (x, y, _) = np.zeros(3), np.eye(3)
+        straight = [
+            self.bone(n, tuple(v), v) for n, v in (("A", x), ("B", -x), ("C", -y), ("D", -y))
+        ]
+        wrong = [self.bone("raised", tuple(-y), y), self.bone("crossed", tuple(x), -x)]
+        root = Bone(segment("Root", None), -1, at, at, None, self.still)
+        turns, _ = rest_pose([root, *straight, *wrong], self.up)
+        for turn in turns[:5]:
+            np.testing.assert_allclose(turn, np.eye(3), rtol=0, atol=1e-9)
+        # Half a turn about the sideways axis, and half a turn about the vertical.
+        np.testing.assert_allclose(turns[5], np.diag([1, -1, -1]), rtol=0, atol=1e-9)
+        np.testing.assert_allclose(turns[6], np.diag([-1, 1, -1]), rtol=0, atol=1e-9)
+
+    @pytest.mark.parametrize("twist", [0.0, 35.0, 160.0])
+    def test_joints_of_a_branching_segment_go_to_their_places_and_the_rest_is_the_clips(
+        self, twist
+    ):
+        """From its joint to the one beyond goes its own z, which is to be y; about that only the clip decides."""
+        at, own = np.zeros(3), about([0, 1, 0], twist) @ about([1, 0, 0], -90)
+        trunk = Bone(
+            segment("Trunk", "Root"), 0, np.array([0.1, 0, 0]), at, None,
+            np.broadcast_to(own, (5, 3, 3)),
+        )  # fmt: skip
+        head = segment("Head", "Trunk", rest_joint=(0.0, 0.3, 0.0))
+        beyond = Bone(head, 1, at, np.array([0.1, 0, 0.3]), None, trunk.rotation)
+        root = Bone(segment("Root", None), -1, at, at, None, self.still)
+        turns, _ = rest_pose([root, trunk, beyond], self.up)
+        np.testing.assert_allclose(turns[1], own, rtol=0, atol=1e-9)
+
+
 class TestTwist:
     """The bone's own z goes to x; its hinge, y of its own, to the file's axis, by less than a right angle."""
 

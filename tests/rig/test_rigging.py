@@ -160,12 +160,16 @@ class TestFloor:
             assert sum("--floor" in note for note in notes) == words
 
 
-def test_a_joint_that_bones_put_elsewhere_is_told_with_how_far():
+@pytest.mark.parametrize(("away", "told"), [(0.3, 1), (0.03, 1), (0.01, 0)])
+def test_a_joint_that_bones_put_elsewhere_is_told_with_how_far(away, told):
     fit = fit_sample("nearly_still")
     wrist = next(joint for joint in fit.joints if joint.joint == "LeftWrist")
-    # The track alone is moved, by 30 cm in one frame: what the note compares with the bones.
+    # The track alone is moved, in one frame: it is what the note compares with the bones.
     track = wrist.track.copy()
-    track[100, 2] += 0.3
+    track[100, 2] += away
     moved = tuple(replace(j, track=track) if j is wrist else j for j in fit.joints)
-    (note,) = (n for n in notes_of(replace(fit, joints=moved)) if "constant length" in n)
-    assert float(re.search(r"LeftWrist (\S+) cm", note)[1]) == pytest.approx(30, abs=1)
+    notes = [n for n in notes_of(replace(fit, joints=moved)) if "constant length" in n]
+    assert len(notes) == told
+    if told:
+        far = float(re.search(r"LeftWrist (\S+) cm", notes[0])[1])
+        assert far == pytest.approx(100 * away, abs=1)
