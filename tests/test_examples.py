@@ -6,7 +6,6 @@ import doctest
 import importlib
 import inspect
 import io
-import pkgutil
 from functools import cache
 
 import numpy as np
@@ -20,28 +19,24 @@ FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 FACES = (mocap_skel, spherefit, artificial)
 
 
-def modules():
-    """Every module of the package but those that run when they are imported."""
-    yield mocap_skel.__name__
-    for found in pkgutil.walk_packages(mocap_skel.__path__, "mocap_skel."):
-        if not found.name.endswith("__main__"):
-            yield found.name
+def with_examples():
+    """The modules of the package whose source has an example; none is imported to see that."""
+    package = ROOT / "mocap_skel"
+    for path in sorted(package.rglob("*.py")):
+        if ">>> " in path.read_text(encoding="utf-8"):
+            parts = path.relative_to(ROOT).with_suffix("").parts
+            yield ".".join(parts).removesuffix(".__init__")
 
 
-@cache
-def examples(name):
-    """The doctests of a module that have an example."""
-    return [t for t in doctest.DocTestFinder().find(importlib.import_module(name)) if t.examples]
-
-
-@pytest.mark.parametrize("name", [name for name in modules() if examples(name)])
+@pytest.mark.parametrize("name", [*with_examples()])
 def test_the_examples_of_a_module_give_what_they_show(name, monkeypatch):
     """As pasted into Python at the root of the repository."""
     monkeypatch.chdir(ROOT)
+    found = doctest.DocTestFinder().find(importlib.import_module(name))
     # numpy's own way to print, whatever another test has set.
     plain = {"precision": 8, "threshold": 1000, "linewidth": 75, "suppress": False}
     with np.printoptions(**plain):
-        for each in examples(name):
+        for each in (test for test in found if test.examples):
             told = io.StringIO()
             runner = doctest.DocTestRunner(optionflags=FLAGS)
             with contextlib.redirect_stdout(told):
@@ -49,16 +44,18 @@ def test_the_examples_of_a_module_give_what_they_show(name, monkeypatch):
             assert tried and not failed, told.getvalue()
 
 
+@cache
 def public():
     """The functions and classes that the package's faces list, by their names there."""
-    for face in FACES:
-        for name in face.__all__:
-            thing = getattr(face, name)
-            if inspect.isfunction(thing) or inspect.isclass(thing):
-                yield f"{face.__name__}.{name}", thing
+    every = {
+        f"{face.__name__}.{name}": getattr(face, name) for face in FACES for name in face.__all__
+    }
+    return {
+        name: thing
+        for name, thing in every.items()
+        if inspect.isfunction(thing) or inspect.isclass(thing)
+    }
 
-
-PUBLIC = dict(public())
 
 # Names whose example is still to be written. None may be added here.
 STILL_WITHOUT = {
@@ -77,7 +74,7 @@ STILL_WITHOUT = {
 
 
 def test_every_public_name_has_an_example():
-    without = {name for name, thing in PUBLIC.items() if ">>> " not in (thing.__doc__ or "")}
+    without = {name for name, thing in public().items() if ">>> " not in (thing.__doc__ or "")}
     assert without <= STILL_WITHOUT
 
 
@@ -111,7 +108,7 @@ def may_raise(thing, seen):
 def test_what_can_raise_says_so():
     silent = {
         name
-        for name, thing in PUBLIC.items()
+        for name, thing in public().items()
         if may_raise(thing, set()) and "Raises:" not in thing.__doc__
     }
     assert silent == NEVER_RAISE

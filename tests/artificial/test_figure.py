@@ -180,6 +180,23 @@ def test_range_of_motion_fills_the_ranges_of_both_sides(left):
                 assert found[:, axis].max() == pytest.approx(high, abs=allowed)
 
 
+def test_limbs_bend_the_way_that_bodies_do():
+    """Where the bone below a joint points, in the parent's axes: x is ahead. Upwards is never far behind."""
+
+    def ahead(name):
+        return ROM.rotations[name] @ [0.0, 0.0, -1.0]
+
+    for side in ("Left", "Right"):
+        thigh, shank, forearm = (
+            ahead(f"{n}") for n in (f"Upper{side}Leg", f"Lower{side}Leg", f"Lower{side}Arm")
+        )
+        assert thigh[:, 0].max() > 0.9 and -0.4 < thigh[:, 0].min() < -0.2
+        assert shank[:, 0].max() < 0.1 and shank[:, 0].min() < -0.9
+        assert forearm[:, 0].min() > -0.1 and forearm[:, 0].max() > 0.9
+        outwards = thigh[:, 1] if side == "Left" else -thigh[:, 1]
+        assert outwards.max() > 0.6 and outwards.min() > -0.2
+
+
 def test_the_third_angle_turns_a_limb_about_its_own_axis():
     rng = np.random.default_rng(3)
     bent = rng.uniform(-1, 1, (50, 3))

@@ -18,6 +18,8 @@ from spheres import (
 )
 
 from mocap_skel.spherefit import (
+    DegenerateSphereError,
+    allowed_sigma,
     gdke,
     mgdk,
     pratt,
@@ -108,6 +110,29 @@ def test_the_unit_matrix_is_the_shape_of_plain_noise():
     for fit in (mgdk(m, 0.01, np.eye(3)), ugdk(m, 0.02, np.eye(3) / 4)):
         np.testing.assert_allclose(fit.centre, plain.centre, rtol=0, atol=100 * EPS)
         np.testing.assert_allclose(fit.radius, plain.radius, rtol=100 * EPS)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.01])
+def test_a_member_whose_noise_is_not_known_has_no_answer_and_the_others_do_not_pay(sigma):
+    x = cap(np.random.default_rng(36), (3, 2, 100), 60)
+    m = sphere_moments(x + 0.01 * np.random.default_rng(37).normal(size=x.shape))
+    shape = np.tile(np.eye(3), (3, 2, 1, 1))
+    shape[1, 0, 2, 2] = np.nan
+    fit = mgdk(m, sigma, shape, strict=False)
+    np.testing.assert_array_equal(np.isnan(fit.centre).all(axis=1), [False, True, False])
+    for k in (0, 2):
+        np.testing.assert_array_equal(fit.centre[k], mgdk(m[k], sigma, shape[k]).centre)
+    with pytest.raises(DegenerateSphereError, match="noise"):
+        mgdk(m, sigma, shape)
+
+
+def test_points_far_from_any_sphere_allow_no_more_noise_than_their_weakest_spread():
+    """Many points in the middle and few far out, alike along all axes: a residual without end."""
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    m = sphere_moments(np.concatenate([0.1 * axes] * 10 + [3.0 * axes]))
+    weakest = np.sqrt(np.linalg.eigvalsh(m.covariance)[0])
+    for sigma in (0.5 * weakest, 1.05 * weakest, 1.2 * weakest, 10 * weakest):
+        assert allowed_sigma(m, sigma) == pytest.approx(min(sigma, weakest), rel=1e-6)
 
 
 @pytest.mark.parametrize("share", [0.5, 2.0])

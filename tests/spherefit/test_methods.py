@@ -28,6 +28,7 @@ from mocap_skel.spherefit import (
     METHODS,
     DegenerateSphereError,
     fit_sphere,
+    gdke,
     mgdk,
     sgdk,
     sphere_moments,
@@ -249,6 +250,21 @@ def test_moments_that_are_known_are_not_taken_again(name):
     x, other = markers(rng, 2, 100, noise=0.002), markers(rng, 2, 100, noise=0.002)
     fit = fit_sphere(x, name, moments=sphere_moments(other))
     np.testing.assert_array_equal(fit.centre, fit_sphere(other, name).centre)
+
+
+@pytest.mark.parametrize("name", ["igdk", "lls", "mle"])
+def test_what_the_points_are_asked_for_themselves_has_the_spread_of_the_moments_that_are_given(
+    name,
+):
+    rng = np.random.default_rng(12)
+    x, other = markers(rng, 2, 100, noise=0.002), markers(rng, 2, 100, noise=0.002)
+    fit = fit_sphere(x, name, moments=sphere_moments(other), sigma=0.002)
+    np.testing.assert_allclose(fit.spread, gdke(sphere_moments(other)).spread, rtol=64 * EPS)
+    # The centre is that of the points.
+    tolerance = method_error(name, x, noise=0.002)
+    np.testing.assert_allclose(
+        fit.centre, fit_sphere(x, name, sigma=0.002).centre, rtol=0, atol=tolerance
+    )
 
 
 def test_an_unknown_method_is_an_error_that_names_those_there_are():

@@ -28,6 +28,7 @@ from mocap_skel.spherefit import (
     gdke,
     merge_moments,
     moments,
+    moved_moments,
     pratt,
     sphere_moments,
 )
@@ -87,6 +88,18 @@ def test_merging_works_along_batch_axes():
     assert_same(both, sphere_moments(np.concatenate([a, b], axis=2)), 1000 * EPS * 6, 5.0)
     one = merge_moments(sphere_moments(a[1, 2]), sphere_moments(b[1, 2]))
     assert_same(both[1, 2], one, 100 * EPS, 5.0)
+
+
+@given(seed=SEEDS, dimension=st.integers(2, 4), distance=st.floats(0, 10))
+@LAWS
+def test_moved_moments_are_those_of_the_moved_points(seed, dimension, distance):
+    rng = np.random.default_rng(seed)
+    x = rng.normal(size=(2, 30, dimension)) + 1.0
+    turn, shift = rotation(rng, dimension), distance * direction(rng, dimension)
+    moved = moved_moments(sphere_moments(x), turn, shift)
+    # Rounding at the distance, and sums of fourth powers up to 10³.
+    tolerance = 1e4 * EPS * (1 + distance)
+    assert_same(moved, sphere_moments(x @ turn.T + shift), tolerance, 1.0)
 
 
 def test_pooled_clips_give_the_fit_of_their_concatenation():

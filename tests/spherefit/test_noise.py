@@ -128,6 +128,13 @@ def test_perfect_spheres_have_no_noise(bounded):
     np.testing.assert_allclose(fit.centre, 10.0, rtol=0, atol=tolerance)
 
 
+def test_it_says_when_the_fixed_point_was_not_reached(monkeypatch):
+    x = noisy_markers(np.random.default_rng(16), 1, 200, [0.1, 0.3], [0.004, 0.002])
+    assert marker_noise(sphere_moments(x)).converged.all()
+    monkeypatch.setattr("mocap_skel.spherefit.noise._MOST_TURNS", 2)
+    assert not marker_noise(sphere_moments(x)).converged.any()
+
+
 def test_a_marker_without_noise_among_others_with_it():
     size, sigma = 2000, np.array([0.0, 0.004])
     x = noisy_markers(np.random.default_rng(7), 1, size, [0.2, 0.3], sigma)[0]
