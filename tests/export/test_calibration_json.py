@@ -29,7 +29,7 @@ def test_people_find_each_joint_with_its_place_and_how_well_it_is_known():
     for one in calibrated().joints:
         said = found[one.joint.joint]
         assert (said["parent"], said["child"]) == (one.joint.parent, one.joint.child)
-        assert said["known"] == one.joint.shown and said["markers"] == list(one.joint.markers)
+        assert said["shown"] == one.joint.shown and said["markers"] == list(one.joint.markers)
         np.testing.assert_array_equal(said["centre"], one.joint.centre)
         np.testing.assert_array_equal(said["covariance"], one.joint.covariance)
         assert said["in_the_frame_of_clip"] == "nearly_still.c3d"
