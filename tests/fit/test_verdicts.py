@@ -21,7 +21,6 @@ from mocap_skel.artificial import (
     walk,
 )
 from mocap_skel.joints.centre import SAFE_ERROR
-from mocap_skel.results.verdict import verdict
 
 
 def knee_as_hinge(seed):
@@ -140,11 +139,9 @@ class TestBelowAnUnknownJoint:
         assert [(joint.shown, joint.reason) for joint in fits["ball"].joints] == [("yes", "")] * 3
 
     def test_a_place_holder_is_named_as_one(self, fits):
-        said = "place holders, no joint centres (known: no): Shoulder"
-        assert said in fits["hinge"].notes
+        (note,) = (note for note in fits["hinge"].notes if note.startswith("place holders"))
+        assert note.endswith(": Shoulder")
         assert not any("place holders" in note for note in fits["ball"].notes)
-        assert verdict(fits["hinge"])[0].endswith("not to be trusted: shoulder.")
-        assert "not" not in verdict(fits["ball"])[0]
 
 
 @pytest.mark.real
