@@ -56,7 +56,7 @@ def by_markers(points: Array, shape: Shape, pose: Pose, link: Link) -> Posed:
         link: the joint.
 
     Example:
-        Of three markers one is seen in the first frame only; in the second the joint stands in for it.
+        One of three markers is missing in a frame; there the joint stands in for it.
 
         >>> import numpy as np
         >>> x = np.zeros((3, 4, 3)) + [[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.3]]
@@ -89,6 +89,15 @@ def by_markers_and_joint(points: Array, link: Link, triad: bool = False) -> Pose
     Returns:
         None where markers and joint are no three points off a line that are seen together. The joint
         is the last point of the shape.
+
+    Example:
+        >>> import numpy as np
+        >>> x = np.zeros((5, 3, 3)) + [[0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.3]]
+        >>> posed = by_markers_and_joint(x[:, :2], Link(x[:, 2], np.zeros((5, 3))))
+        >>> posed.pose.to_lab(posed.joint)[0].round(9) + 0.0
+        array([0. , 0. , 0.3])
+        >>> by_markers_and_joint(x[:, :1], Link(x[:, 2], np.zeros((5, 3)))) is None
+        True
     """
     with_joint = beside(points, link.track)
     found = find_shape(with_joint) if points.shape[1] >= 2 else None
@@ -128,7 +137,14 @@ def turned_with(parent: Pose, marker: Array, track: Array) -> Posed:
     Args:
         parent: the parent's pose.
         marker: (frames, 3), metres, the segment's origin.
-        track: (frames, 3), its joint.
+        track: (frames, 3), its joint, metres.
+
+    Example:
+        >>> import numpy as np
+        >>> forearm = Pose(np.eye(3)[None], np.zeros((1, 3)))
+        >>> hand = turned_with(forearm, np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 0.0, 1.25]]))
+        >>> hand.joint
+        array([0.  , 0.  , 0.25])
     """
     seen = (parent.known & np.isfinite(marker[:, 0]))[:, None]
     pose = Pose(np.where(seen[..., None], parent.rotation, np.nan), np.where(seen, marker, np.nan))

@@ -44,7 +44,11 @@ class LeftOut:
         return 1 + int((np.diff(self.frames) > 1).sum())
 
     def sentence(self) -> str:
-        """How many samples, where, and what it looks like."""
+        """How many samples, where, and what it looks like.
+
+        >>> LeftOut("LKNE", "UpperLeftLeg", "LKNE", np.array([7, 8, 9]), "RKNE").sentence()
+        'LKNE: 3 samples in frames 7-9 left its segment: swapped with RKNE?'
+        """
         name = self.marker if self.label == self.marker else f"{self.marker} (label {self.label})"
         many = len(self.frames) > 1
         where = f"frames {self.frames[0]}-{self.frames[-1]}" if many else f"frame {self.frames[0]}"
@@ -97,7 +101,16 @@ def left_out(clip: Clip, prepared: Prepared, joints: Mapping[str, Array]) -> tup
 
 
 def notes(found: tuple[LeftOut, ...], samples: int) -> list[str]:
-    """One sentence for all and one for each of the markers with the most; samples: all there are."""
+    """One sentence for all samples that are left out, and one for each of the markers with the most.
+
+    Args:
+        found: the markers, those with the most samples first.
+        samples: how many the subject has in all.
+
+    >>> knee = LeftOut("LKNE", "UpperLeftLeg", "LKNE", np.array([7]))
+    >>> notes((knee,), 2000)[0]
+    'left out of the fit as marker trouble: 1 of 2000 samples (0.05 %)'
+    """
     if not found:
         return []
     count = sum(len(one.frames) for one in found)

@@ -193,3 +193,27 @@ def test_a_marker_in_its_joints_noise_turns_with_the_parent():
     # The end point stays where the marker is.
     end = dict(fit.tracks())["LeftHand"]
     np.testing.assert_array_equal(end, hand.origin)
+
+
+def test_one_marker_at_a_hinge_turns_with_the_hinge_below_where_anatomy_knows_one():
+    """The thigh has its knee marker alone: the axis of the knee, by the bones on both sides, gives its turn."""
+    motion = range_of_motion(12, 50, seed=2)
+    recording = record(human(), marker_set("cmu"), motion, Faults(sigma=0.0003), seed=2)
+    recording = without_markers(recording, "LTHI")
+    both, pure = (fit_recording(recording, prior=prior) for prior in ("skeleton", "none"))
+    knee, unseen = joints(both)["LeftKnee"], joints(pure)["LeftKnee"]
+    assert (knee.shown, knee.reason) == ("weak", "UpperLeftLeg stands on one marker")
+    assert unseen.shown == "no"
+    assert unseen.reason == "the turn of UpperLeftLeg is not seen: one marker"
+    # The marker is 5 cm beside the knee: a turn that is off by 10 degrees moves the knee by 9 mm.
+    assert np.linalg.norm(constant_error(both, recording, knee)) < 0.01
+    segment = both.segments["UpperLeftLeg"]
+    assert list(segment.template) == ["LKNE"]
+    assert segment.drawn_through == ()
+    # The axis goes from the marker on the outside to the inside: from left to right, against the lab's y.
+    cosine = np.einsum(
+        "fi,fi->f",
+        segment.pose.rotation[..., 2],
+        -recording.poses["UpperLeftLeg"].rotation[..., 1],
+    )
+    assert np.degrees(np.arccos(np.median(cosine))) < 10
