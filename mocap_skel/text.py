@@ -19,7 +19,11 @@ def read_text(path: Path, error: type[MocapSkelError]) -> str:
 
 
 def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | None:
-    """A hint with the known names at least so much like this one (0 to 1), None without any."""
+    """A hint with the known names at least so much like this one (0 to 1), None without any.
+
+    >>> nearest("LKNEE", ["LKNE", "RKNE", "C7"], 0.8)
+    'did you mean LKNE?'
+    """
     from difflib import get_close_matches  # only needed where something is wrong already
 
     names = list(known)
@@ -31,11 +35,19 @@ def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | Non
 
 
 def counted(count: int, noun: str, several: str = "") -> str:
-    """A number with its noun: 1 label, 2 labels; `several` where its plural is no s more."""
+    """A number with its noun; `several` where its plural is no s more.
+
+    >>> counted(1, "label"), counted(2, "label"), counted(2, "axis", "axes")
+    ('1 label', '2 labels', '2 axes')
+    """
     return f"{count} {noun if count == 1 else several or f'{noun}s'}"
 
 
 def listed(names: Iterable[str], most: int = 8) -> str:
-    """Names as a comma-separated text, a long list cut short."""
+    """Names as a comma-separated text, a long list cut short.
+
+    >>> listed(["C7", "T10", "LKNE"], 2)
+    'C7, T10 and 1 more'
+    """
     items = list(names)
     return ", ".join(items[:most]) + (f" and {len(items) - most} more" if len(items) > most else "")
