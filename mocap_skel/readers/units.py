@@ -25,7 +25,11 @@ SIGN_OF = {metres: sign for sign, metres in _SIGNS.items()}
 
 
 def metres_in(unit: str) -> float | None:
-    """Metres in a unit ("mm", "MM", "[m]", "Meters", "mete"); None for what is no unit."""
+    """Metres in a unit, in any spelling that files have; None for what is no unit.
+
+    >>> metres_in("mm"), metres_in("[MM]"), metres_in("mete"), metres_in("furlong")
+    (0.001, 0.001, 1.0, None)
+    """
     name = unit.strip(" \0\t[]().").lower()
     if name in _SIGNS:
         return _SIGNS[name]

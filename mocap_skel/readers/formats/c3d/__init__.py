@@ -1,4 +1,4 @@
-"""C3D files.
+"""C3D files: checked before any library sees them, then read by the one that reads them right.
 
 `survey` looks at a file before any library does: `section` reads the header and the parameters, `layout`
 finds the points, `machine` and `frames` know its numbers and counts. `choice` lets ezc3d read what is sound,
@@ -36,6 +36,7 @@ def read(path: Path, salvage: bool = False) -> RawClip:
     found = read_contents(path, salvage)
     point = found.parameters["POINT"]
     points = found.points
+    # Whatever place a library gives to a sample that its residual marks as missing.
     points[found.invalid] = np.nan
     return RawClip(
         points=points,
