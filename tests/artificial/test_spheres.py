@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from findings import (
-    EPS,
-)
+from findings import EPS
 
 from mocap_skel.artificial.spheres import cap
 

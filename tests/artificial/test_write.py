@@ -6,14 +6,7 @@ import struct
 import ezc3d
 import numpy as np
 import pytest
-from standard_human import (
-    CMU,
-    EXACT,
-    HUMAN,
-    JOINTS,
-    NOISY,
-    SIGMA,
-)
+from standard_human import CMU, EXACT, HUMAN, JOINTS, NOISY, SIGMA
 
 from mocap_skel import artificial as art
 from mocap_skel.artificial.__main__ import main

@@ -6,12 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from findings import (
-    answer,
-    contents,
-    rows_of,
-    there,
-)
+from findings import answer, contents, rows_of, there
 from recordings import ROOT, known
 
 from mocap_skel.artificial import (

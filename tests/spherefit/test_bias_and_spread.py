@@ -11,17 +11,7 @@ import scipy.linalg
 import scipy.optimize
 from hypothesis import given
 from hypothesis import strategies as st
-from spheres import (
-    EPS,
-    LAWS,
-    SEEDS,
-    bound,
-    cap,
-    cap_law,
-    markers_on_spheres,
-    rmse,
-    rounding,
-)
+from spheres import EPS, LAWS, SEEDS, bound, cap, cap_law, markers_on_spheres, rmse, rounding
 
 from mocap_skel.spherefit import (
     fit_sphere,

@@ -11,17 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from spheres import (
-    EPS,
-    LAWS,
-    arc,
-    bound,
-    cap,
-    cap_law,
-    even_cap,
-    fisher_bound,
-    markers_on_spheres,
-)
+from spheres import EPS, LAWS, arc, bound, cap, cap_law, even_cap, fisher_bound, markers_on_spheres
 
 from mocap_skel.spherefit import (
     centre_covariance,

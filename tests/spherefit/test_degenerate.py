@@ -2,17 +2,7 @@
 
 import numpy as np
 import pytest
-from spheres import (
-    DEGENERATE,
-    EPS,
-    STRICT,
-    arc,
-    cap,
-    direction,
-    hinge,
-    linear_error,
-    rotation,
-)
+from spheres import DEGENERATE, EPS, STRICT, arc, cap, direction, hinge, linear_error, rotation
 
 from mocap_skel.errors import MocapSkelError
 from mocap_skel.spherefit import (

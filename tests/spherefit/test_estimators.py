@@ -7,15 +7,7 @@ Cramér-Rao bound has the same factor).
 
 import numpy as np
 import pytest
-from spheres import (
-    EPS,
-    cap,
-    direction,
-    markers_on_spheres,
-    rotation,
-    rounding,
-    stack,
-)
+from spheres import EPS, cap, direction, markers_on_spheres, rotation, rounding, stack
 
 from mocap_skel.spherefit import (
     DegenerateSphereError,

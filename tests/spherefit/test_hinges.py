@@ -5,14 +5,7 @@ Rounding is as in `test_estimators`; what is random is asserted at four standard
 
 import numpy as np
 import pytest
-from spheres import (
-    EPS,
-    cap,
-    direction,
-    hinge,
-    markers_on_spheres,
-    rounding,
-)
+from spheres import EPS, cap, direction, hinge, markers_on_spheres, rounding
 
 from mocap_skel.spherefit import (
     gdke,

@@ -6,17 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.optimize
-from spheres import (
-    DEGENERATE,
-    EPS,
-    STOP,
-    cap,
-    direction,
-    fisher_bound,
-    markers,
-    method_error,
-    rmse,
-)
+from spheres import DEGENERATE, EPS, STOP, cap, direction, fisher_bound, markers, method_error, rmse
 
 from mocap_skel.errors import MissingExtraError
 from mocap_skel.spherefit import (

@@ -12,16 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from spheres import (
-    EPS,
-    LAWS,
-    SEEDS,
-    assert_same,
-    cap,
-    direction,
-    rotation,
-    rounding,
-)
+from spheres import EPS, LAWS, SEEDS, assert_same, cap, direction, rotation, rounding
 
 from mocap_skel.spherefit import (
     Moments,

@@ -8,18 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from spheres import (
-    EPS,
-    LAWS,
-    SEEDS,
-    arc,
-    bound,
-    cap,
-    cap_law,
-    fisher_bound,
-    noisy_markers,
-    rmse,
-)
+from spheres import EPS, LAWS, SEEDS, arc, bound, cap, cap_law, fisher_bound, noisy_markers, rmse
 
 from mocap_skel.spherefit import (
     isotropic,

@@ -9,15 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from spheres import (
-    EPS,
-    LAWS,
-    SEEDS,
-    cap,
-    cap_law,
-    even_cap,
-    rotation,
-)
+from spheres import EPS, LAWS, SEEDS, cap, cap_law, even_cap, rotation
 
 from mocap_skel.spherefit import (
     gdke,

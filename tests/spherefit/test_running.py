@@ -7,18 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from spheres import (
-    EPS,
-    LAWS,
-    SEEDS,
-    arc,
-    assert_same,
-    cap,
-    direction,
-    markers,
-    rotation,
-    rounding,
-)
+from spheres import EPS, LAWS, SEEDS, arc, assert_same, cap, direction, markers, rotation, rounding
 
 from mocap_skel.spherefit import (
     fit_sphere,

@@ -8,11 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from findings import (
-    CHEAP,
-    GRID,
-    a_score,
-)
+from findings import CHEAP, GRID, a_score
 
 from mocap_skel.studies import accuracy
 from mocap_skel.studies.accuracy import Plan, score_cell, score_markers, score_noise

@@ -6,14 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from findings import (
-    CHEAP,
-    GRID,
-    a_score,
-    a_trial,
-    answer,
-    scattered,
-)
+from findings import CHEAP, GRID, a_score, a_trial, answer, scattered
 
 from mocap_skel.report import figures
 from mocap_skel.studies import accuracy, speed

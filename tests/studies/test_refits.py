@@ -5,12 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from findings import (
-    answer,
-    fit_clip,
-    short_clip,
-    short_recording,
-)
+from findings import answer, fit_clip, short_clip, short_recording
 from recordings import fit_recording
 
 from mocap_skel.readers import read_clip

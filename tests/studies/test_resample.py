@@ -9,12 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from findings import (
-    EPS,
-    answer,
-    mirrored,
-    scattered,
-)
+from findings import EPS, answer, mirrored, scattered
 
 from mocap_skel.errors import FitError
 from mocap_skel.studies.resample import clusters, summarise

@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from findings import (
-    a_trial,
-)
+from findings import a_trial
 
 from mocap_skel.spherefit import gdke, sphere_moments
 from mocap_skel.studies import speed

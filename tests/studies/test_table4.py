@@ -4,9 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from findings import (
-    EPS,
-)
+from findings import EPS
 
 from mocap_skel.studies import table4
 from mocap_skel.studies.contenders import CONTENDERS, Contender

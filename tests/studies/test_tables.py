@@ -5,12 +5,7 @@ import io
 import json
 
 import numpy as np
-from findings import (
-    a_score,
-    a_trial,
-    mirrored,
-    scattered,
-)
+from findings import a_score, a_trial, mirrored, scattered
 
 from mocap_skel.export.tables_csv import rows_csv
 from mocap_skel.report.terminal import rows_table
