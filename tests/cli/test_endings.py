@@ -9,7 +9,7 @@ from commands import ROM, STILL, call, files
 from recordings import ROOT, SAMPLES
 
 from mocap_skel.cli import COMMANDS, main
-from mocap_skel.cli.options import Folder, Length, Lengths, Named, Scale
+from mocap_skel.cli.options import Folder, Length, Lengths, Named
 
 DANCERS = SAMPLES / "two_dancers.c3d"
 
@@ -87,7 +87,7 @@ class TestBeforeAnyWork:
             (["draw", "x.c3d", "-a", "cmu", "--plot", "bones", "--frame", "4"], "--frame is for"),
             (["assoc", "check", "x.c3d"], "--assoc is missing"),
             (["calibrate", "x.c3d"], "--assoc is missing"),
-            (["calibrate", "x.c3d", "-a", "cmu", "-o", "x.c3d", "--overwrite"], "itself a clip"),
+            (["calibrate", "x.c3d", "-a", "cmu", "-o", "x.c3d", "--overwrite"], "is an input"),
             (["calibrate", "x.c3d", "-a", "cmu", "--method", "lls"], "needs every sample"),
             (["fit", "x.c3d", "-a", "cmu", "--sigma", "100mm"], "is no length here"),
             (["fit", "x.c3d", "-a", "cmu", "--sigma", "1mm", "--noise", "matrix"], "sigma"),
@@ -183,25 +183,6 @@ class TestValues:
         for text in ("1mm,2mm", "1mm,1mm,1mm,1mm"):
             with pytest.raises(click.BadParameter, match="one length, or three"):
                 Lengths().convert(text, None, None)
-
-    @pytest.mark.parametrize(
-        ("text", "units"),
-        [
-            ("cm", 100.0),
-            ("m", 1.0),
-            ("MM", 1000.0),
-            ("in", 39.3700787),
-            ("1", 100.0),
-            ("0.01", 1.0),
-        ],
-    )
-    def test_a_scale_is_units_in_a_metre(self, text, units):
-        assert Scale().convert(text, None, None) == pytest.approx(units)
-
-    @pytest.mark.parametrize("text", ["0", "0.0009", "-1", "1e7", "nan", "inf", "ft"])
-    def test_a_scale_of_which_no_digit_would_be_left_is_refused(self, text):
-        with pytest.raises(click.BadParameter, match="a unit"):
-            Scale().convert(text, None, None)
 
     def test_a_dash_is_no_folder(self):
         with pytest.raises(click.BadParameter, match="give a folder"):

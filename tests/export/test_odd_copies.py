@@ -7,13 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 from c3d_bytes import BLOCK, c3d_file, parameter
-from mocap_skel.readers.survey import survey
 from recordings import SAMPLES, fit_clip
 
 from mocap_skel import read_clip
 from mocap_skel.errors import ExportError
 from mocap_skel.export.c3d_copy import c3d_copy
 from mocap_skel.export.parameters import MOST_TEXTS, Parameters
+from mocap_skel.readers.formats.c3d.survey import survey
 
 
 @cache

@@ -24,8 +24,8 @@ from mocap_skel.joints.calibration import (
     share_of,
     template_of,
 )
-from mocap_skel.joints.centre import unfitted
 from mocap_skel.joints.evidence import Evidence, information
+from mocap_skel.joints.joint_fit import unfitted
 from mocap_skel.segments.shape import find_shape
 from mocap_skel.spherefit import sphere_moments
 

@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 
 from mocap_skel.figure.skeleton import Segment, Skeleton
-from mocap_skel.joints.centre import BEST, PRIOR, unfitted
-from mocap_skel.joints.choices import Task
+from mocap_skel.joints.choices import Estimation
+from mocap_skel.joints.joint_fit import PRIOR, unfitted
 from mocap_skel.joints.notes import fit_notes
+from mocap_skel.joints.task import Task
 from mocap_skel.segments.noise import ClipNoise
 from mocap_skel.segments.prepare import Prepared
 
 FIGURE = Skeleton("s", (Segment("Root", None, None, ("A", "B", "C")),))
-TASK = Task(FIGURE, BEST, triad=False, search=True, anatomy=True, size=1.0, calibration=None)
+TASK = Task(
+    FIGURE, Estimation(), triad=False, search=True, anatomy=True, size=1.0, calibration=None
+)
 MARKERS = Prepared({}, {}, {}, {}, ClipNoise(0.001), 10, {}, 0)
 
 
@@ -63,9 +66,9 @@ def test_no_one_is_half_a_metre_or_three_metres_tall(size, cm):
 def test_the_noise_and_the_method_have_their_say():
     noise = ClipNoise(0.001, note="no noise matrix")
     assert said(prepared=replace(MARKERS, noise=noise)) == ["no noise matrix"]
-    (sentence,) = said(method="pratt")
+    (sentence,) = said(estimation=Estimation("pratt"))
     assert sentence.startswith("PRATT leaves in the noise of the segments' frames")
-    assert said(method="sgdk") == []
+    assert said(estimation=Estimation("sgdk")) == []
 
 
 def test_a_calibration_is_used_or_it_is_said_that_it_is_not():

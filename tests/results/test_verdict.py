@@ -68,11 +68,11 @@ def test_levels_stand_in_one_sentence_the_best_first():
 
 def test_a_place_holder_is_not_to_be_trusted_however_small_its_errors():
     holder = replace(joint("Hip"), shown="no")
-    found = verdict(fit_of(holder, joint("Knee")))
+    found = said(fit_of(holder, joint("Knee")))
     assert found[0] == "Known to 2 cm (95 %): knee; not to be trusted: hip."
     # With a prior the errors are those of an estimate.
     expected = replace(joint("Hip", landmarks=["A"]), shown="no")
-    assert verdict(fit_of(expected))[0] == "Known to 2 cm (95 %): hip."
+    assert said(fit_of(expected))[0] == "Known to 2 cm (95 %): hip."
 
 
 def test_nothing_fitted():
