@@ -94,3 +94,14 @@ class TestWhatIsMissing:
         assert any(
             "Wrist" in note and "seen together in fewer than 4 frames" in note for note in fit.notes
         )
+
+    def test_a_pelvis_alone_is_no_fit_though_anatomy_has_its_hips(self):
+        pelvis = [name for name, (on, _) in marker_set("cmu").items() if on == "Hips"]
+        others = [name for name in short().labels if name not in pelvis]
+        with pytest.raises(FitError, match=r"no joint can be fitted: no marker on Chest; .*has no"):
+            fit_recording(without_markers(short(), *others))
+        # With a thigh there is something to fit, and the hip of the other side is anatomy's.
+        others = [name for name in others if name not in ("LTHI", "LKNE")]
+        fit = fit_recording(without_markers(short(), *others))
+        hips = joints(fit)["LeftHip"], joints(fit)["RightHip"]
+        assert [(hip.fitted, hip.samples > 0) for hip in hips] == [(True, True), (True, False)]
