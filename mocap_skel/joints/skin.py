@@ -10,6 +10,7 @@ import numpy as np
 from mocap_skel.joints.sphere import Sphere
 from mocap_skel.segments.pose import Array
 
+# `benchmarks/coverage.py` prints how often the truth lies within the errors that follow from these numbers.
 # The part of skin's slide that is in proportion to the joint's turn looks like another centre and leaves no
 # residual: metres a radian of it for each metre of slide that does. For a ball joint; `Segment.looseness`
 # times that where the bones themselves roll and glide.
