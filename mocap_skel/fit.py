@@ -71,6 +71,12 @@ def fit_skeleton(
         ValueError: no such pose, method, noise or prior, or two that do not go together.
         RootError: the root segment has no three markers that are seen together off a line.
         FitError: no joint can be fitted.
+
+    >>> from mocap_skel import associate, read_association, read_clip
+    >>> clip, cmu = read_clip("sample_data/range_of_motion.c3d"), read_association("cmu")
+    >>> fit = fit_skeleton(clip, associate(clip, cmu)[0], cmu.skeleton)
+    >>> len(fit.joints), fit.joints[0].joint, fit.joints[0].shown
+    (14, 'Waist', 'yes')
     """
     if pose not in POSES:
         raise ValueError(f"pose must be one of {POSES}, got {pose!r}")
@@ -111,9 +117,6 @@ def fit_skeleton(
         ),
         left_out=trouble,
     )
-
-
-# --- the walk
 
 
 @dataclass(frozen=True, eq=False)
@@ -324,9 +327,6 @@ def _with_a_pose(found: Placed, *said: str) -> tuple[Placed | None, tuple[str, .
     if found.posed.shape is not None:
         words = (*words, f"{found.segment.name} has no pose in any frame")
     return None, words
-
-
-# --- the result
 
 
 def _segment_fit(found: Placed, skeleton: Skeleton) -> SegmentFit:

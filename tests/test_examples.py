@@ -57,25 +57,9 @@ def public():
     }
 
 
-# Names whose example is still to be written. None may be added here.
-STILL_WITHOUT = {
-    "mocap_skel.Association",
-    "mocap_skel.SkeletonFit",
-    "mocap_skel.associate",
-    "mocap_skel.fit_skeleton",
-    "mocap_skel.joints_table",
-    "mocap_skel.points_table",
-    "mocap_skel.read_association",
-    "mocap_skel.read_clip",
-    "mocap_skel.read_skeleton",
-    "mocap_skel.tracks_table",
-    "mocap_skel.write_fit",
-}
-
-
 def test_every_public_name_has_an_example():
     without = {name for name, thing in public().items() if ">>> " not in (thing.__doc__ or "")}
-    assert without <= STILL_WITHOUT
+    assert not without
 
 
 # What these call can raise, and does not where they call it: a batch's members without a sphere are NaN, and

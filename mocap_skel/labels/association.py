@@ -53,6 +53,9 @@ class Association:
         skeleton: the figure whose markers and segments it names.
         rules: its lines, in their order.
         ignored: shell patterns of the labels that it leaves out on purpose.
+
+    >>> read_association("right_leg").skeleton.joints
+    ('RightKnee', 'RightAnkle')
     """
 
     path: str

@@ -140,6 +140,13 @@ def points_table(fit: SkeletonFit) -> pandas.DataFrame:
     """The moving skeleton as a DataFrame in long form: one row for each point in each frame.
 
     The columns are those of `point_columns`; the text columns repeat for every row.
+
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
+    >>> clip, association = read_clip("sample_data/nearly_still.c3d"), read_association("cmu")
+    >>> fit = fit_skeleton(clip, associate(clip, association)[0], association.skeleton)
+    >>> table = points_table(fit)
+    >>> len(table) == 300 * table["point"].nunique()
+    True
     """
     import pandas
 
