@@ -1,11 +1,17 @@
 """mocap-skel: skeletons from optical motion capture, by closed-form sphere fits.
 
-from mocap_skel import associate, fit_skeleton, read_association, read_clip, write_fit
+Read a clip, say which label is which marker, fit a skeleton to each subject, write it:
 
-clip, association = read_clip("walk.c3d"), read_association("cmu")
-for subject in associate(clip, association):
-    fit = fit_skeleton(clip, subject, association.skeleton)
-    write_fit(fit, clip, "out", ["csv", "bvh"])
+    >>> from tempfile import TemporaryDirectory
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip, write_fit
+    >>> clip = read_clip("sample_data/range_of_motion.c3d")
+    >>> association = read_association("cmu")
+    >>> with TemporaryDirectory() as folder:
+    ...     for subject in associate(clip, association):
+    ...         fit = fit_skeleton(clip, subject, association.skeleton)
+    ...         files = write_fit(fit, clip, folder, ["csv", "bvh"])
+    >>> print(len(fit.joints), *sorted(path.name for path in files))
+    14 range_of_motion.bvh range_of_motion.joints.csv range_of_motion.skeleton.csv
 """
 
 from __future__ import annotations

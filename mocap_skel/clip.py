@@ -26,6 +26,14 @@ class Clip:
         up: the file's vertical axis, "x", "y" or "z".
         left_out: labels of the points that are no markers, by the reason why.
         notes: what the reader decided about the file, one sentence each.
+
+    Example:
+        >>> from mocap_skel import Clip, read_clip
+        >>> clip = read_clip("sample_data/two_dancers.c3d")
+        >>> isinstance(clip, Clip), clip.points.shape, clip.rate, clip.up
+        (True, (700, 82, 3), 50.0, 'z')
+        >>> clip.subject_names, clip.labels[:2], clip.subjects[:2]
+        (('Anna', 'Ben'), ('LFHD', 'RFHD'), ('Anna', 'Anna'))
     """
 
     name: str
@@ -41,18 +49,19 @@ class Clip:
 
     @property
     def frames(self) -> int:
+        """How many frames there are."""
         return len(self.points)
 
     @property
     def frame_numbers(self) -> NDArray[np.int64]:
-        """The file's own frame numbers."""
+        """(frames,), the file's own frame numbers."""
         return np.arange(self.first_frame, self.first_frame + self.frames, dtype=np.int64)
 
     @property
     def subject_names(self) -> tuple[str, ...]:
-        """Subjects in the order of their first marker."""
+        """The subjects, in the order of their first markers."""
         return tuple(dict.fromkeys(self.subjects))
 
     def missing(self) -> NDArray[np.float64]:
-        """(markers,): share of frames in which each marker is missing."""
+        """(markers,), the share of frames in which each marker is missing, 0 to 1."""
         return np.asarray(np.isnan(self.points[..., 0]).mean(axis=0))

@@ -1,4 +1,4 @@
-"""A skeleton moving through a clip: what a fit gives, and what everything after it reads."""
+"""The result of a fit: a skeleton that moves through a clip. All that comes after a fit reads this."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.figure.skeleton import Skeleton
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.segments.left_out import LeftOut
 from mocap_skel.segments.pose import Array, Pose
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentFit:
-    """A segment's pose in every frame and the points fixed in it. Metres.
+    """One segment: its pose in every frame, and the points that are constant in it. Metres.
 
     Attributes:
         name: the segment.
@@ -50,9 +50,19 @@ class SkeletonFit:
         up: the clip's vertical axis.
         sigma: noise standard deviation of a marker, given or estimated.
         segments: the segments with a pose, parents first.
-        joints: one a joint of the skeleton, in its order; `JointFit.fitted` tells which are known.
+        joints: one a joint of the skeleton, in its order; `JointFit.fitted` tells which could be fitted, and
+            `JointFit.shown` what the movement shows of it.
         notes: what was decided and what is missing, one sentence each.
         left_out: markers with samples that are left out because the marker was somewhere else.
+
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
+    >>> clip, association = read_clip("sample_data/range_of_motion.c3d"), read_association("cmu")
+    >>> (subject,) = associate(clip, association)
+    >>> fit = fit_skeleton(clip, subject, association.skeleton)
+    >>> [(joint.joint, joint.shown) for joint in fit.joints[:2]]
+    [('Waist', 'yes'), ('Neck', 'yes')]
+    >>> dict(fit.tracks())["Neck"].shape
+    (1380, 3)
     """
 
     clip: str
@@ -69,11 +79,14 @@ class SkeletonFit:
 
     @property
     def time(self) -> Array:
-        """(frames,) seconds; a clip cut out of a longer take keeps its place in it."""
+        """(frames,) seconds since frame 1, also in a clip that was cut out of a longer take."""
         return np.asarray((self.frame_numbers - 1) / self.rate)
 
     def tracks(self) -> Iterator[tuple[str, Array]]:
-        """Name and lab track (frames, 3) of every joint, of the root's origin, of each leaf's end point."""
+        """Name and lab track (frames, 3) of every joint, of the root's origin, of each leaf's end point.
+
+        Metres, NaN where nothing is seen. A leaf is a segment from which no other hangs.
+        """
         for joint in self.joints:
             yield joint.joint, joint.track
         for segment in dict.fromkeys((self.skeleton.root, *self.skeleton.leaves)):

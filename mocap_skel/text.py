@@ -1,27 +1,39 @@
-"""Small helpers for text files that people write and messages that people read."""
+"""Reading text files, and the wording of lists, numbers and hints in messages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
 
-from mocap_skel.errors import MocapSkelError
+from mocap_skel.errors import MocapSkelError, ours
 
 
 def read_text(path: Path, error: type[MocapSkelError]) -> str:
-    """A text file in UTF-8, with or without a byte-order mark; what cannot be read raises `error`."""
-    try:
+    """Read a text file in UTF-8, with or without a byte-order mark.
+
+    Raises:
+        MocapSkelError: of the type `error`: the file cannot be read, or is not UTF-8; it names the file.
+    """
+    with ours(path, error):
         return path.read_text(encoding="utf-8-sig")
-    except OSError as problem:
-        raise error(f"{path}: {problem.strerror}") from problem
-    except UnicodeDecodeError as problem:
-        raise error(
-            f"{path}: not a text file in UTF-8 (byte {problem.start})", "save it as UTF-8"
-        ) from problem
 
 
 def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | None:
-    """A hint with the known names at least so much like this one (0 to 1), None without any."""
+    """A hint that names what a misspelt name may have meant.
+
+    Args:
+        name: as it was written.
+        known: names that there are.
+        likeness: how much like it a name has to be, 0 to 1 (difflib's ratio, upper and lower case alike).
+
+    Returns:
+        At most three names in a question; None where no name is near.
+
+    Example:
+        >>> from mocap_skel.text import nearest
+        >>> nearest("UperLeftLeg", ["UpperLeftLeg", "LowerLeftLeg", "Hips"], likeness=0.9)
+        'did you mean UpperLeftLeg?'
+    """
     from difflib import get_close_matches  # only needed where something is wrong already
 
     names = list(known)
@@ -33,11 +45,32 @@ def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | Non
 
 
 def counted(count: int, noun: str, several: str = "") -> str:
-    """A number with its noun: 1 label, 2 labels; `several` where its plural is no s more."""
+    """A number with its noun in the singular or plural.
+
+    Args:
+        count: the number.
+        noun: for one.
+        several: the plural, where it is not `noun` with an s.
+
+    Example:
+        >>> from mocap_skel.text import counted
+        >>> counted(1, "label"), counted(2, "label"), counted(2, "pass", "passes")
+        ('1 label', '2 labels', '2 passes')
+    """
     return f"{count} {noun if count == 1 else several or f'{noun}s'}"
 
 
 def listed(names: Iterable[str], most: int = 8) -> str:
-    """Names as a comma-separated text, a long list cut short."""
+    """Names as a text with commas, a long list cut short.
+
+    Args:
+        names: any number of them.
+        most: how many are named before the rest is only counted.
+
+    Example:
+        >>> from mocap_skel.text import listed
+        >>> listed(["Hips", "Chest"]), listed("abcde", most=3)
+        ('Hips, Chest', 'a, b, c and 2 more')
+    """
     items = list(names)
     return ", ".join(items[:most]) + (f" and {len(items) - most} more" if len(items) > most else "")

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_skel.errors import MocapSkelError
-from mocap_skel.export.bvh import bvh_text
+from mocap_skel.export.formats.bvh import bvh_text
 from mocap_skel.export.joint_names import joint_names
 from mocap_skel.fit import fit_skeleton
 from mocap_skel.labels.association import associate, read_association

@@ -6,7 +6,8 @@ import struct
 
 import numpy as np
 
-from mocap_skel.readers.raw import RawClip
+from mocap_skel.readers import read_clip
+from mocap_skel.readers.formats.c3d.contents import Contents
 
 BLOCK = 512
 MACHINES = {"INTEL": 84, "DEC": 85, "MIPS": 86}
@@ -48,6 +49,11 @@ def signed(count):
     return int(np.uint16(count & 0xFFFF).view(np.int16))
 
 
+def words(value):
+    """A number of 32 bits as two words, the low one first."""
+    return np.array([signed(value), value >> 16])
+
+
 def c3d_file(
     path,
     points,
@@ -62,7 +68,12 @@ def c3d_file(
     tail=b"",
     **point,
 ):
-    """Write points (frames, markers, 3); any POINT or `TRIAL__…` parameter, None to leave it out."""
+    """Write points (frames, markers, 3).
+
+    Args:
+        analogs: analog values a frame, one a channel.
+        point: any parameter of POINT, or of another group as `TRIAL__…`, None to leave it out.
+    """
     points = np.asarray(points, dtype=float)
     count, markers, _ = points.shape
     order = ">" if machine == "MIPS" else "<"
@@ -73,11 +84,7 @@ def c3d_file(
         "RATE": float(rate),
         "LABELS": [f"M{i + 1}" for i in range(markers)] or None,
         "UNITS": "mm",
-    } | point
-    records = [
-        struct.pack("<bb", len(name), -group) + name.encode() + struct.pack(order + "hb", 3, 0)
-        for group, name in ((1, "POINT"), (2, "ANALOG"), (3, "TRIAL"))
-    ]
+    }
     if analogs:
         # ezc3d crashes the interpreter where these are not there.
         said |= {
@@ -88,13 +95,19 @@ def c3d_file(
             "ANALOG__OFFSET": np.zeros(analogs, int),
             "ANALOG__LABELS": ["A"] * analogs,
         }
+    said |= point
+    groups = ["POINT", "ANALOG", "TRIAL", *(["ROTATION"] if "ROTATION__USED" in said else [])]
+    records = [
+        struct.pack("<bb", len(name), -i) + name.encode() + struct.pack(order + "hb", 3, 0)
+        for i, name in enumerate(groups, 1)
+    ]
     section = b""
     # The place of the data depends on the parameters' length, in which it stands.
     for start in (0, 1):
         said["DATA_START"] = start and 2 + len(section) // BLOCK
         section = b"\1\x50\0" + bytes([MACHINES[machine]]) + b"".join(records)
         for name, value in said.items():
-            group = {"ANALOG": 2, "TRIAL": 3}.get(name.split("__")[0], 1)
+            group = 1 + groups.index(name.split("__")[0] if "__" in name else "POINT")
             if value is not None:
                 section += parameter(group, name.split("__")[-1], value, machine)
         section += bytes(-len(section) % BLOCK or BLOCK)
@@ -130,7 +143,7 @@ def notes(clip):
     return "\n".join(clip.notes)
 
 
-def same(a: RawClip, b: RawClip):
+def same(a: Contents, b: Contents):
     np.testing.assert_array_equal(a.invalid, b.invalid)
     np.testing.assert_allclose(a.points, b.points, rtol=2**-23, atol=0)
     assert (a.rate, a.first_frame, a.length) == (b.rate, b.first_frame, b.length)
@@ -139,3 +152,42 @@ def same(a: RawClip, b: RawClip):
         for name in set(entries) - {"FRAMES", "DESCRIPTIONS", "DESCRIPTIONS2", "DESCRIPTIONS3"}:
             other = a.parameters[group][name]
             assert list(np.ravel(other)) == list(np.ravel(entries[name])), name
+
+
+def tracks(count=60, markers=4, seed=0):
+    """Points that move as markers do, (frames, markers, 3) in mm: some mm a frame, a metre apart."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(count)[:, None, None] / 100
+    phase, middle = rng.uniform(0, 6, (markers, 3)), rng.uniform(-900, 900, (markers, 3))
+    return middle + 100 * np.sin(3 * time + phase)
+
+
+def is_right(path, points=None, tolerance=1e-3, **options):
+    """The clip, which holds the tracks."""
+    clip = read_clip(path, **options)
+    points = tracks() if points is None else points
+    np.testing.assert_allclose(clip.points * 1000, points, atol=tolerance)
+    return clip
+
+
+def change(path, at, form, *values):
+    data = bytearray(path.read_bytes())
+    struct.pack_into(form, data, at, *values)
+    path.write_bytes(data)
+
+
+def place(path, name):
+    """Where a parameter's type stands."""
+    return path.read_bytes().index(name.encode(), BLOCK) + len(name) + 2
+
+
+def value_of(path, name, form, value):
+    """Change the value of a scalar."""
+    change(path, place(path, name) + 2, form, value)
+
+
+def blocks_between(path, before, blocks):
+    """Blocks of noise before block `before` (from 1), which nothing points to."""
+    data = path.read_bytes()
+    noise = np.random.default_rng(9).bytes(BLOCK * blocks)
+    path.write_bytes(data[: BLOCK * (before - 1)] + noise + data[BLOCK * (before - 1) :])

@@ -1,9 +1,14 @@
 """The program as a user runs it: a process, its exit code, its streams, its files."""
 
+import io
 import subprocess
 import sys
+from contextlib import chdir, redirect_stderr, redirect_stdout
 
+import pytest
 from recordings import SAMPLES
+
+from mocap_skel.cli import main
 
 ROM = SAMPLES / "range_of_motion.c3d"
 STILL = SAMPLES / "nearly_still.c3d"
@@ -46,3 +51,15 @@ def without(library, *arguments, cwd):
     """Run the command where a library is not installed."""
     start = f"import sys\nsys.modules |= dict.fromkeys({PARTS[library]!r})"
     return program(start, *arguments, cwd=cwd)
+
+
+def call(*arguments, cwd):
+    """As `run`, in this process: faster, for calls whose only point is what they say and how they end."""
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
+    with chdir(cwd), redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as end:
+        main([str(argument) for argument in arguments])
+    out.flush()
+    err.flush()
+    said, complained = (stream.buffer.getvalue().decode() for stream in (out, err))
+    assert "Traceback" not in said + complained
+    return subprocess.CompletedProcess(arguments, end.value.code, said, complained)

@@ -1,5 +1,7 @@
 """Fixtures of all tests."""
 
+import signal
+
 import pytest
 from recordings import CLIPS, SAMPLES
 
@@ -16,3 +18,11 @@ def shared_clips():
     if not CLIPS.is_dir():
         pytest.skip(f"no real recordings in {CLIPS}")
     return CLIPS
+
+
+@pytest.fixture
+def interruptible():
+    """Let programs that a test starts see Ctrl-C: what is started from a job in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

@@ -8,7 +8,9 @@ import golden
 import numpy as np
 
 from mocap_skel import associate, fit_skeleton, read_association, read_clip
+from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
 from mocap_skel.clip import Clip
+from mocap_skel.export.registry import Source, choose
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"
@@ -57,6 +59,23 @@ def fit_recording(recording, association="cmu", subject=None, **options):
 def fit_sample(name, subject=None):
     """The fit of a bundled clip, as the command line reads it."""
     return fit_clip(read_clip(SAMPLES / f"{name}.c3d"), ASSOCIATIONS[name], subject)
+
+
+@cache
+def gappy():
+    """A fit with everything missing that can be: frames, a joint's branch, a number near zero."""
+    motion = range_of_motion(5, 60, seed=2)
+    faults = Faults(sigma=0.001, dropout=0.1, lost=("LFIN",))
+    recording = record(
+        human(), marker_set("cmu"), motion, faults, seed=2, first_frame=101, place=(-0.2, 0.1, 0.0)
+    )
+    return fit_recording(recording, prior="none")
+
+
+def rendered(name, fit, clip=None, path=None, **told):
+    """What a format makes of a fit; some need the clip and its file too."""
+    (chosen,) = choose(name, **told)
+    return chosen.render(fit, Source(clip, path))
 
 
 def error_inside(fit, recording, joint):

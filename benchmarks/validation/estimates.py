@@ -13,7 +13,7 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import MocapSkelError
 from mocap_skel.figure.skeleton import Skeleton
 from mocap_skel.fit import fit_skeleton
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.labels.association import Assignment
 from mocap_skel.segments.pose import Pose
 from mocap_skel.segments.shape import find_shape, median

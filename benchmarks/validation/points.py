@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import ClipError
-from mocap_skel.readers import _read_raw
 from mocap_skel.readers.markers import names_and_subjects
 from mocap_skel.readers.raw import FARTHEST
+from mocap_skel.readers.registry import read_raw
 from mocap_skel.readers.units import metres_in
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ def all_points(path: Path, clip: Clip) -> dict[tuple[str, str], Array]:
         ClipError: no reader reads it, or in other frames than `read_clip`.
     """
     # The door of `read_clip` itself, before it sorts points: ezc3d alone takes some files for others.
-    raw = _read_raw(path, salvage=False)
+    raw = read_raw(path)
     names, subjects = names_and_subjects(raw)
     scale = metres_in(clip.unit)
     assert scale is not None, "read_clip has found a unit"
@@ -39,7 +39,7 @@ def all_points(path: Path, clip: Clip) -> dict[tuple[str, str], Array]:
         track = raw.points[: clip.frames, column].astype(np.float64)
         with np.errstate(invalid="ignore"):
             nothing = (np.abs(track) > FARTHEST).any(axis=1) | (track == 0).all(axis=1)
-        track[raw.invalid[: clip.frames, column] | nothing] = np.nan
+        track[nothing] = np.nan
         if name and (subject, name) not in found and np.isfinite(track).any():
             found[subject, name] = track * scale
     return found

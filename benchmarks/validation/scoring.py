@@ -36,7 +36,7 @@ class ErrorRow:
     Attributes:
         clip, subject, joint, kind, source: of the reference.
         counts: whether it is in the totals.
-        known: our verdict on the joint, "-" for one that is not fitted.
+        shown: our verdict on the joint, "-" for one that is not fitted.
         own_parent: whether the parent's pose is that of its own markers.
         wander: how far the reference moves in the parent's frame, RMS about its mean, cm: nobody who
             says that the joint is fixed there can be nearer.
@@ -53,7 +53,7 @@ class ErrorRow:
     kind: str
     source: str
     counts: bool
-    known: str
+    shown: str
     own_parent: bool
     wander: float
     errors: Mapping[str, float]
@@ -82,7 +82,7 @@ class HalfRow:
     clip: str
     subject: str
     joint: str
-    known: str
+    shown: str
     distances: Mapping[str, float]
 
 
@@ -119,7 +119,7 @@ def _row(name: str, subject: Subject, one: Reference) -> ErrorRow:
         kind=one.kind,
         source=one.source,
         counts=one.counts,
-        known=joint.shown if joint.fitted else "-",
+        shown=joint.shown if joint.fitted else "-",
         own_parent=parent is not None and parent.own,
         wander=100 * _rms(inside - _mean(inside)),
         errors={m: 100 * _rms(subject.tracks[m][one.joint] - one.track) for m in METHODS},
@@ -261,7 +261,7 @@ def _carry(name: str, subject: Subject, other: Subject, one: Reference) -> Error
         kind="carried",
         source=one.source,
         counts=False,
-        known=joint.shown,
+        shown=joint.shown,
         own_parent=True,
         wander=100 * _rms(inside - _mean(inside)),
         errors={m: 100 * _rms(inside - c) for m, c in constants.items()},

@@ -56,13 +56,13 @@ def text(results: Sequence[ClipResult]) -> str:
 
 def _error_table(rows: Sequence[ErrorRow]) -> str:
     head = (
-        "error cm (RMS)", "reference", "known", *METHODS, "wander", "s.e.", "2 s.e.", "from",
+        "error cm (RMS)", "reference", "shown", *METHODS, "wander", "s.e.", "2 s.e.", "from",
     )  # fmt: skip
     cells = [
         (
             f"{r.subject + ':' if r.subject else ''}{r.joint}",
             r.kind if r.counts else f"({r.kind})",
-            r.known,
+            r.shown,
             *(_number(r.errors[m]) for m in METHODS),
             _number(r.wander),
             _number(r.worst_se),
@@ -89,11 +89,11 @@ def _length_table(rows: Sequence[LengthRow]) -> str:
 
 
 def _half_table(rows: Sequence[HalfRow]) -> str:
-    head = ("half against half mm", "known", *METHODS)
+    head = ("half against half mm", "shown", *METHODS)
     cells = [
         (
             f"{r.subject + ':' if r.subject else ''}{r.joint}",
-            r.known,
+            r.shown,
             *(_number(r.distances[m]) for m in METHODS),
         )
         for r in rows
@@ -108,9 +108,9 @@ def totals(results: Sequence[ClipResult]) -> list[dict[str, Any]]:
     groups: list[tuple[str, str, list[Mapping[str, float]]]] = [
         ("all joints", "cm", [r.errors for r in counted])
     ]
-    for known in ("yes", "weak", "no"):
-        here = [r.errors for r in counted if r.known == known]
-        groups.append((f"known: {known}", "cm", here))
+    for shown in ("yes", "weak", "no"):
+        here = [r.errors for r in counted if r.shown == shown]
+        groups.append((f"shown: {shown}", "cm", here))
     groups += [
         (kind, "cm", [r.errors for r in rows if r.kind == kind]) for kind in (*KINDS, "carried")
     ]
@@ -119,9 +119,9 @@ def totals(results: Sequence[ClipResult]) -> list[dict[str, Any]]:
         (what, what[:2].strip(), [r.values for r in bones if r.what == what])
         for what in dict.fromkeys(r.what for r in bones)
     ]
-    for known in ("yes", "weak", "no", ""):
-        here = [r.distances for one in results for r in one.halves if known in ("", r.known)]
-        groups.append((f"halves, {'known: ' + known if known else 'all'}", "mm", here))
+    for shown in ("yes", "weak", "no", ""):
+        here = [r.distances for one in results for r in one.halves if shown in ("", r.shown)]
+        groups.append((f"halves, {'shown: ' + shown if shown else 'all'}", "mm", here))
     return [
         {"group": name, "unit": unit, "method": m, **_summary(values, m)}
         for name, unit, values in groups
@@ -174,8 +174,8 @@ def coverage(results: Sequence[ClipResult]) -> list[dict[str, Any]]:
     """How many references lie within our standard errors, by verdict."""
     rows = [r for one in results for r in one.errors if r.counts and r.within_axes is not None]
     tests: dict[str, Callable[[ErrorRow], bool]] = {"all joints": lambda _: True}
-    for known in ("yes", "weak", "no"):
-        tests[f"known: {known}"] = lambda r, known=known: r.known == known  # type: ignore[misc]
+    for shown in ("yes", "weak", "no"):
+        tests[f"shown: {shown}"] = lambda r, shown=shown: r.shown == shown  # type: ignore[misc]
     out = []
     for group, test in tests.items():
         here = [r for r in rows if test(r)]
@@ -203,7 +203,7 @@ def as_json(results: Sequence[ClipResult]) -> str:
 
 
 def as_csv(results: Sequence[ClipResult]) -> str:
-    """One row a number: table, clip, subject, what, reference, known, counts, method, value, unit."""
+    """One row a number: table, clip, subject, what, reference, shown, counts, method, value, unit."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(
@@ -213,7 +213,7 @@ def as_csv(results: Sequence[ClipResult]) -> str:
             "subject",
             "what",
             "reference",
-            "known",
+            "shown",
             "counts",
             "method",
             "value",
@@ -222,13 +222,13 @@ def as_csv(results: Sequence[ClipResult]) -> str:
     )
     for one in results:
         for e in one.errors:
-            row = ["error", e.clip, e.subject, e.joint, e.kind, e.known, int(e.counts)]
+            row = ["error", e.clip, e.subject, e.joint, e.kind, e.shown, int(e.counts)]
             writer.writerows(_each(row, e.errors, "cm"))
         for b in one.lengths:
             row = ["bone", b.clip, b.subject, b.bone, b.what, "", ""]
             writer.writerows(_each(row, b.values, b.what[:2].strip()))
         for h in one.halves:
-            row = ["half", h.clip, h.subject, h.joint, "", h.known, ""]
+            row = ["half", h.clip, h.subject, h.joint, "", h.shown, ""]
             writer.writerows(_each(row, h.distances, "mm"))
     return out.getvalue()
 

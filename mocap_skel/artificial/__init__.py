@@ -10,8 +10,8 @@ Example:
     ((2000, 41, 3), (2000, 3))
 
 `write_c3d` and `write_truth` put it on disk, as does ``python -m mocap_skel.artificial``. Any skeleton
-file becomes a figure by `figure_of`, `markers_of` and `ranges_of`; any other is a `Figure` of `Segment`s
-with a dict of markers, moved by `circumduct` or a `Motion`.
+file becomes a figure by `figure_of`, `markers_of` and `ranges_of`; any other figure is a `Figure` of
+`Segment`s with a dict of markers, moved by `circumduct` or a `Motion`.
 """
 
 from mocap_skel.artificial.faults import Faults, Swap

@@ -18,6 +18,14 @@ class Swap:
     Attributes:
         first, second: their labels.
         start, stop: indices of frames, `stop` itself left out; None = to the end of the clip.
+
+    Example:
+        >>> from mocap_skel.artificial import Faults, Swap, human, marker_set, record, still
+        >>> swapped = Faults(swaps=(Swap("LKNE", "RKNE", start=5),))
+        >>> clip = record(human(), marker_set("cmu"), still(1, 10), swapped)
+        >>> knees = [clip.labels.index(label) for label in ("LKNE", "RKNE")]
+        >>> clip.wrong[:, knees].sum(axis=0).tolist()
+        [5, 5]
     """
 
     first: str
@@ -55,6 +63,15 @@ class Faults:
 
     Raises:
         ValueError: a value out of its range.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial import Faults, human, marker_set, record, still
+        >>> faults = Faults(sigma=0.001, dropout=0.2, lost=("C7",))
+        >>> clip = record(human(), marker_set("cmu"), still(10, 60), faults)
+        >>> gone = np.isnan(clip.points[..., 0]).mean(axis=0)
+        >>> print(gone[clip.labels.index("C7")], 0.1 < np.median(gone) < 0.3)
+        1.0 True
     """
 
     sigma: float = 0.0
@@ -94,12 +111,22 @@ class Faults:
 
 
 def correlated_noise(shape: tuple[int, ...], memory: float, rng: np.random.Generator) -> Array:
-    """Stationary first-order autoregressive noise of unit variance along the first axis.
+    """Noise that follows itself from frame to frame: first-order autoregressive, of unit variance.
 
     Args:
         shape: of the result, frames first.
         memory: correlation from one frame to the next, 0 to below 1.
         rng: source of randomness.
+
+    Returns:
+        An array of that shape; stationary, so that it may start anywhere.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.faults import correlated_noise
+        >>> noise = correlated_noise((20_000,), 0.5, np.random.default_rng(0))
+        >>> print(np.corrcoef(noise[1:], noise[:-1])[0, 1].round(1))
+        0.5
     """
     noise = rng.standard_normal(shape)
     noise[1:] *= np.sqrt(1 - memory**2)
@@ -137,7 +164,7 @@ def slide_tracks(half_sines: Array, normals: Array, rate: float, rng: np.random.
 def missing_samples(
     frames: int, markers: int, share: float, burst: float, rng: np.random.Generator
 ) -> Mask:
-    """Where samples drop out, (frames, markers): a two-state Markov chain for each marker.
+    """Where samples drop out, (frames, markers): a chain of two states, seen and missing, for each marker.
 
     Both states last for geometrically distributed times, so that the chain may start anywhere in
     one, and a share of the samples is missing on average; arguments as in `Faults`.

@@ -23,7 +23,7 @@ STATURE = 1.75
 
 @dataclass(frozen=True)
 class Segment:
-    """One rigid segment.
+    """One rigid segment of a figure.
 
     Attributes:
         name: unique in its figure.
@@ -31,7 +31,13 @@ class Segment:
         joint: name of the joint to the parent; empty for the root.
         offset: that joint in the parent's axes (the constant that a fit looks for), metres; for the
             root, where its origin is in the lab in the zero pose.
-        end: far end of the bone in the segment's own axes; the first child's joint if None.
+        end: far end of the bone in the segment's own axes, metres; the first child's joint if None.
+
+    Example:
+        >>> from mocap_skel.artificial import Segment
+        >>> shank = Segment("Shank", parent="Thigh", joint="Knee", offset=(0.0, 0.0, -0.43))
+        >>> shank.joint, shank.offset
+        ('Knee', (0.0, 0.0, -0.43))
     """
 
     name: str
@@ -43,25 +49,34 @@ class Segment:
 
 @dataclass(frozen=True)
 class Pose:
-    """A segment in the lab.
+    """Where a segment is in the lab in each frame.
 
     Attributes:
         rotation: its axes as columns, (frames, 3, 3).
         origin: (frames, 3), metres.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial import Pose
+        >>> pose = Pose(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]]))
+        >>> pose.place((0.1, 0.0, 0.0)).tolist()
+        [[0.1, 0.0, 1.0]]
     """
 
     rotation: Array
     origin: Array
 
     def place(self, local: Array | Vector) -> Array:
-        """Lab positions (frames, 3) of a point (3,) or a track (frames, 3) in segment axes."""
+        """Lab positions (frames, 3) of a point (3,) or a track (frames, 3) in the segment's axes, metres."""
         turned = self.rotation @ np.asarray(local, dtype=np.float64)[..., None]
         return np.asarray(self.origin + turned[..., 0])
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What a figure does; figures take from it what they have segments for.
+    """What a figure does: a rotation of each joint, frame by frame.
+
+    A figure takes from it what it has segments for.
 
     Attributes:
         rate: frames a second.
@@ -71,6 +86,14 @@ class Motion:
             A segment that is not listed keeps the zero pose.
         glide: segment -> (frames, 3), how far its joint is from its place in the parent, in the parent's
             axes, metres: bones that roll and slide on each other. Empty for joints that stay.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial import Motion, from_vector, human
+        >>> bend = np.linspace(0, 1, 11)[:, None] * [0.0, 1.0, 0.0]  # radians about y
+        >>> motion = Motion(10.0, np.zeros((11, 3)), {"LowerLeftLeg": from_vector(bend)})
+        >>> human().poses(motion)["LeftFoot"].origin[[0, -1], 0].round(3).tolist()
+        [0.0, -0.363]
     """
 
     rate: float
@@ -86,6 +109,12 @@ class Figure:
     Raises:
         ValueError: two segments or joints of one name, no root or several, a parent that does not
             come before its child, a joint without a name.
+
+    Example:
+        >>> from mocap_skel.artificial import Figure, Segment
+        >>> leg = Figure((Segment("Thigh"), Segment("Shank", "Thigh", "Knee", (0.0, 0.0, -0.43))))
+        >>> list(leg.joints), leg.bones["Thigh"].tolist()
+        (['Knee'], [0.0, 0.0, -0.43])
     """
 
     segments: tuple[Segment, ...]
@@ -187,10 +216,19 @@ def _right(segment: Segment) -> Segment:
 
 
 def human(stature: float = STATURE) -> Figure:
-    """The standard human: 15 segments, 14 joints, of a height in metres.
+    """The standard human: 15 segments and 14 joints, its right limbs a little other than the left.
+
+    Args:
+        stature: metres; all lengths grow with it.
 
     Raises:
         ValueError: a stature that is not positive.
+
+    Example:
+        >>> from mocap_skel.artificial import human
+        >>> figure = human(1.75)
+        >>> len(figure.segments), figure.joints["LeftKnee"].offset
+        (15, (0.0, 0.0, -0.429))
     """
     if not stature > 0:
         raise ValueError(f"stature must be positive metres, got {stature}")

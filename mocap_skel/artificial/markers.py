@@ -76,7 +76,7 @@ _RIGHT_LOWER = {"UPA": 0.035, "FRM": 0.015, "THI": 0.040, "SHN": 0.030, "TIB": 0
 
 
 def place_of(label: str) -> tuple[str, Vector] | None:
-    """Segment and place of a human marker on a subject of STATURE; None if it is in no set."""
+    """Segment and place of a human marker on a subject of STATURE, metres; None if it is in no set."""
     known = label in _SINGLE or (label[:1] in ("L", "R") and label[1:] in _LEFT)
     return _site(label) if known else None
 
@@ -93,10 +93,20 @@ def _site(label: str) -> tuple[str, Vector]:
 
 
 def marker_set(name: str, stature: float = STATURE) -> dict[str, tuple[str, Vector]]:
-    """The markers of a set ("cmu", "plug_in_gait") on a human of a stature in metres.
+    """The markers of a set on the standard human: label -> (segment, position in the segment's axes).
+
+    Args:
+        name: "cmu" or "plug_in_gait".
+        stature: of the human, metres.
 
     Raises:
         ValueError: a set that is not in `LABELS`.
+
+    Example:
+        >>> from mocap_skel.artificial import marker_set
+        >>> markers = marker_set("cmu")
+        >>> len(markers), markers["LKNE"]
+        (41, ('UpperLeftLeg', (0.002, 0.053, -0.424)))
     """
     if name not in LABELS:
         raise ValueError(f"no marker set {name!r}; there are {', '.join(LABELS)}")
@@ -106,7 +116,21 @@ def marker_set(name: str, stature: float = STATURE) -> dict[str, tuple[str, Vect
 
 
 def misplaced(markers: MarkerSet, most: float, seed: int = 0) -> dict[str, tuple[str, Vector]]:
-    """The markers as a hurried technician sticks them: each somewhere within `most` metres of its place."""
+    """The markers as a hurried technician sticks them: each at random within a length of its place.
+
+    Args:
+        markers: where they belong.
+        most: the largest distance from there, metres.
+        seed: of what is drawn.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial import marker_set, misplaced
+        >>> right = marker_set("cmu")
+        >>> placed = misplaced(right, 0.01)
+        >>> print(0 < np.linalg.norm(np.subtract(placed["C7"][1], right["C7"][1])) <= 0.01)
+        True
+    """
     rng = np.random.default_rng(seed)
     way = rng.standard_normal((len(markers), 3))
     way *= most * rng.random((len(markers), 1)) ** (1 / 3) / np.linalg.norm(way, axis=1)[:, None]

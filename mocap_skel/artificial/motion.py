@@ -36,7 +36,7 @@ _MIRROR = np.array([-1.0, 1.0, -1.0])
 
 
 def range_of_motion(seconds: float, rate: float, seed: int = 0, stature: float = STATURE) -> Motion:
-    """Every joint through its whole range in all its directions, all at once.
+    """A human moves every joint through its whole range in all its directions, all at once.
 
     Sines of incommensurate frequencies (0.25 to 0.65 Hz, phase-modulated) fill each joint's box of
     angles within about ten seconds; the knee turns about the shank only while it is bent. The
@@ -46,6 +46,15 @@ def range_of_motion(seconds: float, rate: float, seed: int = 0, stature: float =
         seconds, rate: the motion has round(seconds * rate) frames.
         seed: of the phases.
         stature: metres, for the height over the floor.
+
+    Raises:
+        ValueError: no frames, or a rate that is not positive.
+
+    Example:
+        >>> from mocap_skel.artificial import range_of_motion
+        >>> motion = range_of_motion(10, 50)
+        >>> motion.rotations["LowerLeftLeg"].shape
+        (500, 3, 3)
     """
     times, rng = _times(seconds, rate), np.random.default_rng(seed)
     limits = {name: limit for left, limit in ROM_DEGREES.items() for name in _both(left)}
@@ -67,6 +76,15 @@ def circumduct(degrees: Mapping[str, Limits], seconds: float, rate: float, seed:
         degrees: segment -> (low, high) about its parent's x, y and z, degrees, see `ROM_DEGREES`.
         seconds, rate: the motion has round(seconds * rate) frames.
         seed: of the phases.
+
+    Raises:
+        ValueError: no frames, or a rate that is not positive.
+
+    Example:
+        >>> from mocap_skel.artificial import circumduct
+        >>> motion = circumduct({"Shank": ((0, 0), (0, 90), (0, 0))}, 10, 50)
+        >>> print(motion.rotations["Shank"][:, 1, 1].round(6).min())
+        1.0
     """
     times = _times(seconds, rate)
     angles = _sweep(degrees, times, np.random.default_rng(seed))
@@ -75,10 +93,21 @@ def circumduct(degrees: Mapping[str, Limits], seconds: float, rate: float, seed:
 
 
 def dance(seconds: float, rate: float, seed: int = 0, stature: float = STATURE) -> Motion:
-    """A salsa: steps on the spot, hips, arms, and a full turn every few seconds.
+    """A human dances a salsa: steps on the spot, hips, arms, and a full turn every few seconds.
 
     Joints keep to moderate ranges (knees 0 to 70 degrees), as in takes that were not made for
-    calibration. Arguments as for `range_of_motion`.
+    calibration.
+
+    Args:
+        seconds, rate, seed, stature: as for `range_of_motion`.
+
+    Raises:
+        ValueError: no frames, or a rate that is not positive.
+
+    Example:
+        >>> from mocap_skel.artificial import dance
+        >>> dance(2, 60).shift.shape
+        (120, 3)
     """
     times, rng = _times(seconds, rate), np.random.default_rng(seed)
     beat = 2 * np.pi * 0.8 * times + 0.4 * _waves([0.11], times, rng)[:, 0]
@@ -111,9 +140,21 @@ def dance(seconds: float, rate: float, seed: int = 0, stature: float = STATURE) 
 
 
 def walk(seconds: float, rate: float, seed: int = 0, stature: float = STATURE) -> Motion:
-    """Level walking, 1.2 m/s round a circle of 2.5 m radius; joints that are nearly hinges.
+    """A human walks on the level, 1.2 m/s round a circle of 2.5 m radius; joints that are nearly hinges.
 
-    Arguments as for `range_of_motion`; the seed sets the phases of the small motions.
+    Args:
+        seconds, rate, stature: as for `range_of_motion`.
+        seed: of the phases of the small motions.
+
+    Raises:
+        ValueError: no frames, or a rate that is not positive.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial import walk
+        >>> path = walk(5, 60).shift[:, :2]
+        >>> print(np.linalg.norm(np.diff(path, axis=0), axis=1).mean().round(3))  # metres a frame
+        0.02
     """
     times, rng = _times(seconds, rate), np.random.default_rng(seed)
     stride = 2 * np.pi * 0.92 * times
@@ -146,9 +187,21 @@ def walk(seconds: float, rate: float, seed: int = 0, stature: float = STATURE) -
 
 
 def still(seconds: float, rate: float, seed: int = 0) -> Motion:
-    """Standing: the trunk and arms sway by about a degree, the feet by millimetres.
+    """A human stands: trunk and arms sway by about a degree, the feet by millimetres.
 
-    Arguments as for `range_of_motion`; no joint can be seen from this.
+    No joint can be seen from this.
+
+    Args:
+        seconds, rate, seed: as for `range_of_motion`.
+
+    Raises:
+        ValueError: no frames, or a rate that is not positive.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial import still
+        >>> print(np.ptp(still(10, 60).shift, axis=0).max() < 0.01)
+        True
     """
     times, rng = _times(seconds, rate), np.random.default_rng(seed)
     rotations = {}
@@ -163,6 +216,7 @@ def still(seconds: float, rate: float, seed: int = 0) -> Motion:
 
 
 def _times(seconds: float, rate: float) -> Array:
+    """(frames,), the time of each frame, seconds."""
     frames = round(seconds * rate)
     if not (rate > 0 and frames > 0):
         raise ValueError(f"{seconds} s at {rate} frames a second is no motion")
@@ -170,7 +224,7 @@ def _times(seconds: float, rate: float) -> Array:
 
 
 def _waves(hertz: ArrayLike, times: Array, rng: np.random.Generator) -> Array:
-    """Smooth signals within ±1, (frames, signals): sines whose phase wanders by a slower sine."""
+    """Smooth signals within ±1, (frames, signals): sines whose phase moves to and fro by a slower sine."""
     angle = 2 * np.pi * np.multiply.outer(times, np.asarray(hertz))
     fast, slow = rng.uniform(0, 2 * np.pi, (2, angle.shape[1]))
     return np.asarray(np.sin(angle + fast + 1.2 * np.sin(0.37 * angle + slow)))
@@ -179,6 +233,7 @@ def _waves(hertz: ArrayLike, times: Array, rng: np.random.Generator) -> Array:
 def _sweep(
     degrees: Mapping[str, Limits], times: Array, rng: np.random.Generator
 ) -> dict[str, Array]:
+    """Angles that fill their ranges: segment -> (frames, 3), radians."""
     angles = {}
     for i, (name, limits) in enumerate(degrees.items()):
         low, high = np.deg2rad(np.array(limits, dtype=np.float64)).T
@@ -191,10 +246,12 @@ def _sweep(
 
 
 def _both(left: str) -> tuple[str, ...]:
+    """A segment, and that of the other side where it has one."""
     return (left, left.replace("Left", "Right")) if "Left" in left else (left,)
 
 
 def _sides(phase: Array) -> Iterator[tuple[str, Array, Array]]:
+    """Each side: its name, the signs of its angles, its phase; the right is half a cycle behind."""
     yield "Left", np.ones(3), phase
     yield "Right", _MIRROR, phase + np.pi
 
@@ -230,7 +287,7 @@ def _stand(
 
 
 def _smooth(track: Array, width: float) -> Array:
-    """A track (frames,) through a Gaussian of a width in frames: no kick at a change of foot."""
+    """A track (frames,) through a Gaussian of a width in frames, so that a change of foot makes no kick."""
     reach = int(np.ceil(3 * width))
     window = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
     padded = np.pad(track, reach, mode="edge")

@@ -1,4 +1,4 @@
-"""Any skeleton file as a figure that moves: a file has names only, so bones, marker places and ranges are made.
+"""A figure that moves from any skeleton file: it has names only; bones, marker places and ranges are added.
 
 Segments of the standard human have its bones, ranges and markers; the hand and the quadruped have the
 bones below. What is not known is invented by a rule, so that every tree of segments can be filmed.
@@ -81,7 +81,14 @@ _RANGES: dict[str, dict[str, Limits]] = {
 
 
 def figure_of(skeleton: Skeleton) -> Figure:
-    """The bones of a skeleton file; its lowest point stands on the floor."""
+    """A figure with the segments of a skeleton file; its lowest point stands on the floor.
+
+    Example:
+        >>> from mocap_skel import read_skeleton
+        >>> from mocap_skel.artificial import figure_of
+        >>> list(figure_of(read_skeleton("left_arm")).joints)
+        ['LeftElbow', 'LeftWrist']
+    """
     bones = [_bone(s, skeleton) for s in skeleton.segments]
     heights: dict[str | None, float] = {None: 0.0}
     low = 0.0
@@ -98,7 +105,22 @@ def figure_of(skeleton: Skeleton) -> Figure:
 
 
 def markers_of(skeleton: Skeleton, figure: Figure) -> MarkerSet:
-    """Every marker of a skeleton file: where the human has it, or by rule around the segment's bones."""
+    """A place for every marker of a skeleton file: the human's, or one by rule around the segment's bones.
+
+    Args:
+        skeleton: the file, as `read_skeleton` gives it.
+        figure: its bones, as `figure_of` gives them.
+
+    Raises:
+        ValueError: the skeleton names no markers.
+
+    Example:
+        >>> from mocap_skel import read_skeleton
+        >>> from mocap_skel.artificial import figure_of, markers_of
+        >>> arm = read_skeleton("left_arm")
+        >>> markers_of(arm, figure_of(arm))["LELB"]
+        ('UpperLeftArm', (-0.008, 0.043, -0.322))
+    """
     markers: dict[str, tuple[str, Vector]] = {}
     for names in skeleton.segments:
         ends = [s.offset for s in figure.segments if s.parent == names.name]
@@ -114,12 +136,23 @@ def markers_of(skeleton: Skeleton, figure: Figure) -> MarkerSet:
 
 
 def ranges_of(skeleton: Skeleton) -> dict[str, Limits]:
-    """Limits of every segment against its parent, degrees, for `circumduct`."""
+    """How far every segment of a skeleton file turns against its parent, for `circumduct`.
+
+    Returns:
+        Segment -> (low, high) about x, y and z, degrees.
+
+    Example:
+        >>> from mocap_skel import read_skeleton
+        >>> from mocap_skel.artificial import ranges_of
+        >>> ranges_of(read_skeleton("left_arm"))["LowerLeftArm"]
+        ((-4, 4), (-140, 0), (-75, 75))
+    """
     known = {**_human_ranges(), **_RANGES.get(skeleton.name, {})}
     return {names.name: known.get(names.name, _FREE) for names in skeleton.segments}
 
 
 def _bone(names: Names, skeleton: Skeleton) -> _Bone:
+    """A segment's joint and end: those of the figure below, of the human, or by the depth in the tree."""
     known = _BONES.get(skeleton.name, {}).get(names.name)
     if known is not None:
         return known
@@ -141,7 +174,7 @@ def _bone(names: Names, skeleton: Skeleton) -> _Bone:
 
 
 def _fanned(names: Names, skeleton: Skeleton, length: float) -> Vector:
-    """An only child hangs straight down, several on a cone."""
+    """A joint below its parent: of an only child straight down, of several on a cone."""
     siblings = [s.name for s in skeleton.segments if s.parent == names.parent]
     if len(siblings) == 1:
         return (0.0, 0.0, -length)
@@ -169,6 +202,7 @@ def _around(ends: list[Vector], i: int, count: int) -> Vector:
 
 
 def _human_ranges() -> dict[str, Limits]:
+    """`ROM_DEGREES` for both sides."""
     ranges = dict(ROM_DEGREES)
     for name, (x, y, z) in ROM_DEGREES.items():
         if "Left" in name:

@@ -1,4 +1,4 @@
-"""A figure, its markers and a motion become a clip that keeps its truth."""
+"""Clips from a figure, its markers and a motion, together with all that is true of them."""
 
 from __future__ import annotations
 
@@ -41,6 +41,16 @@ class Recording:
             `truth`, `constants` and `poses` too.
         wrong: samples that are not where their marker is, (frames, markers): outliers and swaps.
             Empty, (0, 0), if there are none.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial import Recording, human, marker_set, record, walk
+        >>> clip = record(human(), marker_set("cmu"), walk(1, 60))
+        >>> isinstance(clip, Recording), clip.points.shape, list(clip.truth)[:2]
+        (True, (60, 41, 3), ['Waist', 'Neck'])
+        >>> knee = clip.poses["UpperLeftLeg"].place(clip.constants["LeftKnee"])
+        >>> np.allclose(knee, clip.truth["LeftKnee"])
+        True
     """
 
     points: Array
@@ -65,7 +75,7 @@ def record(
     first_frame: int = 1,
     place: Vector = (0.0, 0.0, 0.0),
 ) -> Recording:
-    """Film a motion.
+    """Film a motion: the markers of a figure in every frame, with faults.
 
     Args:
         figure, markers, motion: who, what is seen of it, and what it does.
@@ -77,6 +87,13 @@ def record(
     Raises:
         ValueError: no markers, a marker on a segment that the figure does not have, a lost marker
             or a swapped one that is not in the set.
+
+    Example:
+        >>> from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
+        >>> motion = range_of_motion(5, 100)
+        >>> clip = record(human(), marker_set("cmu"), motion, Faults(sigma=0.001), seed=1)
+        >>> print((clip.points - clip.clean).std().round(4))
+        0.001
     """
     faults = faults or Faults()
     labels = tuple(markers)
@@ -114,11 +131,21 @@ def record(
 
 
 def merge(recordings: Mapping[str, Recording]) -> Recording:
-    """Several subjects in one clip: subject's name -> its own recording; names become prefixes.
+    """Several subjects in one clip: their markers beside each other, their names as prefixes.
+
+    Args:
+        recordings: subject's name -> its own recording.
 
     Raises:
         ValueError: no recordings, a name that is empty or holds a colon, a recording that has
             subjects already, or recordings whose rate, first frame or length differ.
+
+    Example:
+        >>> from mocap_skel.artificial import human, marker_set, merge, record, still
+        >>> each = [record(human(), marker_set("cmu"), still(1, 60, seed)) for seed in (1, 2)]
+        >>> both = merge({"Anna": each[0], "Ben": each[1]})
+        >>> both.points.shape, both.labels[0], both.subjects
+        ((60, 82, 3), 'Anna:LFHD', ('Anna', 'Ben'))
     """
     if not recordings:
         raise ValueError("nothing to merge")
@@ -155,7 +182,7 @@ def _side_by_side(recordings: list[Recording]) -> Mask:
 def _misplace(
     points: Array, labels: tuple[str, ...], faults: Faults, rng: np.random.Generator
 ) -> Mask:
-    """Move outliers and exchange swapped markers in place; which samples that made wrong."""
+    """Move outliers and exchange swapped markers in place; returns which samples are wrong then."""
     if not (faults.outliers or faults.swaps):
         return np.zeros((0, 0), dtype=np.bool_)
     frames, markers, _ = points.shape
@@ -169,6 +196,7 @@ def _misplace(
 
 
 def _check(figure: Figure, markers: MarkerSet, faults: Faults) -> None:
+    """Raise where markers are on no segment, or faults name markers that are not there."""
     if not markers:
         raise ValueError("a recording needs at least one marker")
     known = {segment.name for segment in figure.segments}
@@ -217,6 +245,7 @@ def _tissue(
 
 
 def _in_lab(tracks: Array, markers: MarkerSet, poses: Mapping[str, Pose]) -> Array:
+    """Displacements (frames, markers, 3) in the segments' axes, turned into the lab's."""
     turn = np.stack([poses[segment].rotation for segment, _ in markers.values()], axis=1)
     return np.asarray((turn @ tracks[..., None])[..., 0])
 

@@ -9,7 +9,20 @@ Array = NDArray[np.float64]
 
 
 def from_vector(vector: Array) -> Array:
-    """Rotation matrices (..., 3, 3) from rotation vectors (..., 3), radians (Rodrigues)."""
+    """Rotation matrices from rotation vectors: the axis times the angle (Rodrigues).
+
+    Args:
+        vector: (..., 3), radians.
+
+    Returns:
+        (..., 3, 3).
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial import from_vector
+        >>> (from_vector(np.array([0.0, 0.0, np.pi / 2])).round(6) + 0.0).tolist()
+        [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    """
     x, y, z = np.moveaxis(vector, -1, 0)
     zero = np.zeros_like(x)
     rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
@@ -21,17 +34,38 @@ def from_vector(vector: Array) -> Array:
 
 
 def swing_twist(angles: Array) -> Array:
-    """Rotation matrices (..., 3, 3) of angles (..., 3), radians.
+    """Rotation matrices of a limb's swing about x and y and of the twist about its own z axis before.
 
-    The first two components are one rotation vector across the limb (it can circle without the
-    order of axes mattering), the third turns the limb about its own z axis before.
+    The first two angles are one rotation vector across the limb, so that it can circle without the
+    order of axes mattering.
+
+    Args:
+        angles: (..., 3), radians.
+
+    Returns:
+        (..., 3, 3).
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial import from_vector, swing_twist
+        >>> knee = np.array([0.0, 1.2, 0.3])
+        >>> swing, twist = from_vector(knee * [1, 1, 0]), from_vector(knee * [0, 0, 1])
+        >>> np.allclose(swing_twist(knee), swing @ twist)
+        True
     """
     swing = angles * [1.0, 1.0, 0.0]
     return from_vector(swing) @ from_vector(angles - swing)
 
 
 def half_sine(rotation: Array) -> Array:
-    """The axis times sin(angle / 2), (..., 3); smooth, singular at a half turn only."""
+    """The axis of a rotation times sin(angle / 2): smooth, but for a half turn.
+
+    Args:
+        rotation: (..., 3, 3).
+
+    Returns:
+        (..., 3).
+    """
     trace = np.trace(rotation, axis1=-2, axis2=-1)
     cosine = 0.5 * np.sqrt(np.maximum(1.0 + trace, 1e-12))
     skew = rotation - np.swapaxes(rotation, -1, -2)
@@ -40,7 +74,20 @@ def half_sine(rotation: Array) -> Array:
 
 
 def to_vector(rotation: Array) -> Array:
-    """Rotation vectors (..., 3), radians; singular at a half turn only."""
+    """Rotation vectors of rotation matrices, the inverse of `from_vector` below a half turn.
+
+    Args:
+        rotation: (..., 3, 3).
+
+    Returns:
+        (..., 3), radians.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial import from_vector, to_vector
+        >>> to_vector(from_vector(np.array([0.1, -0.2, 0.3]))).round(6).tolist()
+        [0.1, -0.2, 0.3]
+    """
     half = half_sine(rotation)
     sine = np.minimum(np.linalg.norm(half, axis=-1, keepdims=True), 1.0)
     ratio = np.divide(2.0 * np.arcsin(sine), sine, out=np.full_like(sine, 2.0), where=sine > 0)

@@ -1,4 +1,4 @@
-"""Soft tissue between bone and marker: slide along the bone with the joint's angle, and what else a pose does."""
+"""Soft tissue between bone and marker: slide along the bone with the joint's angle, and a wobble with the pose."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from mocap_skel.artificial.faults import Array, Faults
 
-# Radians of the joint's turn over which the skin's wobble is alike, and waves enough to make it Gaussian.
+# Radians of the joint's turn over which the skin's wobble is alike, picked by eye; and waves enough to make it
+# nearly Gaussian.
 ALIKE = 0.5
 WAVES = 12
 

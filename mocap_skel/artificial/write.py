@@ -28,6 +28,18 @@ def write_c3d(recording: Recording, path: str | os.PathLike[str], unit: str = "m
     Raises:
         ValueError: a unit that is not in `UNITS`, a first frame that the header cannot hold.
         OSError: a file that cannot be written.
+
+    Example:
+        >>> from pathlib import Path
+        >>> from tempfile import TemporaryDirectory
+        >>> from mocap_skel import read_clip
+        >>> from mocap_skel.artificial import human, marker_set, record, walk, write_c3d
+        >>> recording = record(human(), marker_set("cmu"), walk(1, 60))
+        >>> with TemporaryDirectory() as folder:
+        ...     write_c3d(recording, Path(folder) / "walk.c3d")
+        ...     clip = read_clip(Path(folder) / "walk.c3d")
+        >>> print(clip.unit, clip.up, abs(clip.points - recording.points).max() < 1e-6)
+        mm z True
     """
     if unit not in UNITS:
         raise ValueError(f"no unit {unit!r}; there are {', '.join(UNITS)}")
@@ -83,7 +95,7 @@ def write_c3d(recording: Recording, path: str | os.PathLike[str], unit: str = "m
 def write_truth(
     recording: Recording, path: str | os.PathLike[str], subject: str | None = None
 ) -> None:
-    """Write the joints' true paths as `frame,time,<Joint>_x,<Joint>_y,<Joint>_z,…`.
+    """Write the joints' true paths as CSV: `frame,time,<Joint>_x,<Joint>_y,<Joint>_z,…`.
 
     One row a frame, the joints in the figure's order, metres with 5 decimals in the clip's own
     axes, time = (frame - 1) / rate in seconds.
@@ -95,6 +107,17 @@ def write_truth(
 
     Raises:
         ValueError: a subject that is not in the recording, or none where there are several.
+        OSError: a file that cannot be written.
+
+    Example:
+        >>> from pathlib import Path
+        >>> from tempfile import TemporaryDirectory
+        >>> from mocap_skel.artificial import human, marker_set, record, walk, write_truth
+        >>> recording = record(human(), marker_set("cmu"), walk(1, 60))
+        >>> with TemporaryDirectory() as folder:
+        ...     write_truth(recording, Path(folder) / "truth.csv")
+        ...     print((Path(folder) / "truth.csv").read_text().splitlines()[0][:31])
+        frame,time,Waist_x,Waist_y,Wais
     """
     prefix = ""
     if recording.subjects:

@@ -97,7 +97,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def say(text: str | bytes, *, nl: bool = True) -> None:
-    """Print to standard output; a reader that has seen enough is no error and stops no work."""
+    """Print to standard output. If its reader has stopped reading, that is no error and the work goes on."""
     try:
         click.echo(text, nl=nl)
     except BrokenPipeError:
@@ -110,7 +110,7 @@ def _close_output() -> None:
 
 
 def bug(error: Exception, debug: bool) -> MocapSkelError:
-    """An error that nobody raised on purpose, as one that can be shown; with the traceback if asked."""
+    """Turn an error that nobody raised on purpose into one that can be shown; print its traceback if asked."""
     if debug:
         traceback.print_exception(error)
     return MocapSkelError(
@@ -120,6 +120,6 @@ def bug(error: Exception, debug: bool) -> MocapSkelError:
 
 
 def complain(error: MocapSkelError) -> None:
-    """An error as one line, with what to do about it."""
+    """Print an error as one line, with what to do about it."""
     hint = f" ({error.hint})" if error.hint else ""
     click.echo(f"mocap-skel: error: {error.message}{hint}", err=True)

@@ -1,4 +1,4 @@
-"""mocap-skel assoc: association files, guessed, listed, shown."""
+"""mocap-skel assoc: the commands about association files."""
 
 from __future__ import annotations
 

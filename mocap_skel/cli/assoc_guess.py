@@ -60,7 +60,7 @@ def guess(
     Labels that say nothing at all (numbers, channels) take --by-motion: markers that keep their distances
     become segment_1, segment_2 ..., hung on each other where two share a fixed point.
     """
-    from mocap_skel.export.files import check_free
+    from mocap_skel.export.files import check_free, write_all
     from mocap_skel.labels.association import check_subject
     from mocap_skel.labels.guess import repeated
     from mocap_skel.readers import read_clip
@@ -76,7 +76,7 @@ def guess(
     if output and by_motion:
         base = output.with_suffix("") if output.suffix in (".txt", ".toml") else output
         paths = [base.parent / f"{base.name}{suffix}" for suffix in (".toml", ".txt")]
-    check_free(paths, overwrite)
+    check_free(paths, overwrite, [clip])
     read = read_clip(clip, unit=unit, rate=rate, salvage=salvage)
     check_subject(read, subject)
     if by_motion:
@@ -84,9 +84,7 @@ def guess(
     else:
         texts, rows, note = _by_names(read, subject, how)
     if paths:
-        from mocap_skel.export.files import write_all
-
-        write_all(dict(zip(paths, texts, strict=True)), overwrite)
+        write_all(dict(zip(paths, texts, strict=True)), overwrite, [clip])
     if as_json:
         for row in rows:
             say(json.dumps({"clip": str(clip), **row}, allow_nan=False))

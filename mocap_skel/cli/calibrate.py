@@ -1,4 +1,4 @@
-"""mocap-skel calibrate: what several clips of one actor know of the joints, in one file."""
+"""mocap-skel calibrate: what several clips of one actor show of the joints, in one file."""
 
 from __future__ import annotations
 
@@ -30,19 +30,21 @@ if TYPE_CHECKING:
 @options.pure_estimation
 @options.prior
 @options.reading
+@options.wide
 @options.as_json
 @options.quiet
 def command(
     clips: tuple[Path, ...],
     output: Path,
     overwrite: bool,
+    wide: bool,
     as_json: bool,
     quiet: bool,
     **told: Unpack[Told],
 ) -> int:
     """Add up what several CLIPs of one actor show of the joints.
 
-    A trial that moves a joint on purpose knows it better than a walk does. The calibration keeps each
+    A trial that moves a joint on purpose shows it better than a walk does. The calibration keeps each
     clip's evidence, and mocap-skel fit --calibration actor.json takes it over for any clip of the
     same actor with the same markers. Markers that were put on again elsewhere are noticed, and their
     segment's evidence is left out. The table shows each joint, and how much of it each clip gave.
@@ -56,10 +58,8 @@ def command(
     from mocap_skel.export.files import check_free, write_all
     from mocap_skel.pipeline.calibrate import calibrate
 
-    if output.resolve() in {clip.resolve() for clip in clips}:
-        raise CallError(f"{output}: is itself a clip of this call", "use another -o")
-    check_free([output], overwrite)
-    job = job_of(told)
+    job = job_of(told, clips)
+    check_free([output], overwrite, job.inputs)
     from mocap_skel.joints.choices import check_method
 
     try:
@@ -71,13 +71,13 @@ def command(
         complain(failure)
     for note in [] if quiet else done.notes:
         click.echo(f"mocap-skel: {note}", err=True)
-    write_all({output: calibration_json(done.calibration, done.joints)}, overwrite)
+    write_all({output: calibration_json(done.calibration, done.joints)}, overwrite, job.inputs)
     if as_json:
         _print_json(done)
     else:
         from mocap_skel.report.terminal import calibration_table
 
-        say(calibration_table(done))
+        say(calibration_table(done, wide=wide))
         say(f"wrote {output}")
     return FAILED if done.failed else 0
 

@@ -57,7 +57,7 @@ def command(
     """Fit CLIP and draw it.
 
     A pose shows the bones from joint to joint, the markers, the floor, and each joint in the colour of
-    its verdict (known: yes, weak, no) with the ellipsoid of two standard errors around it. All subjects
+    its verdict (shown: yes, weak, no) with the ellipsoid of two standard errors around it. All subjects
     of a clip stand in one picture; the plots against time take one subject.
 
     Needs the extra 'plot': pip install 'mocap-skel[plot]'. Without --assoc the markers are guessed, as by fit.
@@ -74,7 +74,7 @@ def command(
     from mocap_skel.pipeline.drawing import Drawing, draw
 
     wanted = Drawing(plot, frames, sheet or 0, view or "oblique", output, overwrite)
-    done = draw(clip, job_of(told), wanted)
+    done = draw(clip, job_of(told, [clip]), wanted)
     for failure in done.failed:
         complain(failure)
     for note in [] if quiet else done.notes:

@@ -1,4 +1,4 @@
-"""The clips of a call one by one: fitted, written, shown; and the exit code that comes of all."""
+"""Do the job of a call for each of its clips, print the results, and find the exit code."""
 
 from __future__ import annotations
 
@@ -19,8 +19,17 @@ if TYPE_CHECKING:
     from mocap_skel.pipeline.job import Job
 
 
-def run(clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool) -> int:
+def run(
+    clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool, wide: bool = False
+) -> int:
     """Do the job for every clip and print what came of it; one that fails does not stop the others.
+
+    Args:
+        clips: the files, one or more.
+        job: what to do with each.
+        as_json: print JSON lines, not tables.
+        quiet: print no notes.
+        wide: all columns of the joint table.
 
     Returns:
         The exit code. Without `job.folder` the one clip's result goes to standard output.
@@ -56,7 +65,7 @@ def run(clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool) -> int
             if as_json:
                 _print_json(clip, done)
             else:
-                _print_tables(clip, done)
+                _print_tables(clip, done, wide)
     if not failures:
         return 0
     if written:
@@ -67,7 +76,11 @@ def run(clips: tuple[Path, ...], job: Job, *, as_json: bool, quiet: bool) -> int
 
 
 def check_names(clips: tuple[Path, ...]) -> None:
-    """Two clips of one name would write the same files: better said before any work."""
+    """Refuse two clips of one name, before any work: they would write the same files.
+
+    Raises:
+        CallError: there are two.
+    """
     seen: dict[str, Path] = {}
     for clip in clips:
         if clip.stem in seen:
@@ -104,10 +117,13 @@ def _print_json(path: Path, done: Done) -> None:
             say(json.dumps({"clip": str(path), "subject": fit.subject, **row}, allow_nan=False))
 
 
-def _print_tables(path: Path, done: Done) -> None:
-    from mocap_skel.report.terminal import joint_table
+def _print_tables(path: Path, done: Done, wide: bool) -> None:
+    from mocap_skel.report.terminal import joint_table, sentence
+    from mocap_skel.results.tables import joint_rows
     from mocap_skel.results.verdict import verdict
 
     for fit in done.fits:
-        say("\n".join([joint_table(fit, str(path)), *verdict(fit)]))
+        say(joint_table(fit, str(path), wide=wide))
+        for words in verdict(fit, joint_rows(fit)):
+            say(sentence(words))
     say(f"wrote {', '.join(str(file) for file in done.files)}")

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
 from mocap_skel.cli import options, say
+from mocap_skel.cli.jobs import Looked, looked_at
 
 if TYPE_CHECKING:
     from mocap_skel.clip import Clip
@@ -17,42 +18,28 @@ if TYPE_CHECKING:
 
 @click.command("inspect", epilog="Example: mocap-skel inspect walk.c3d --assoc cmu")
 @options.clip
-@options.association
-@options.skeleton
-@options.subject
-@options.unit
-@options.rate
-@options.salvage
+@options.which
+@options.reading
 @options.as_json
-def command(
-    clip: Path,
-    association: str | None,
-    skeleton: str | None,
-    subject: str | None,
-    unit: str | None,
-    rate: float | None,
-    salvage: bool,
-    as_json: bool,
-) -> int:
+def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     """Show what is in CLIP: subjects, labels, unit, rate, frames, how much of each marker is missing.
 
     With --assoc also which marker of which segment each label is, and what does not match.
     """
     from mocap_skel.errors import ClipError
-    from mocap_skel.labels.association import associate, check_subject, read_association
-    from mocap_skel.readers import read_clip
+    from mocap_skel.labels.association import associate, check_subject
     from mocap_skel.report.terminal import clip_table
     from mocap_skel.results.inspection import marker_rows
 
-    known = None if association is None else read_association(association, skeleton)
-    read = read_clip(clip, unit=unit, rate=rate, salvage=salvage)
+    subject = told["subject"]
+    read, association = looked_at(clip, told)
     check_subject(read, subject)
     matched: tuple[Assignment, ...] = ()
     mismatches: list[str] = []
-    if known is not None:
+    if association is not None:
         try:
-            matched = associate(read, known, subject)
-            mismatches = [note for match in matched for note in match.mismatches(known)]
+            matched = associate(read, association, subject)
+            mismatches = [note for match in matched for note in match.mismatches(association)]
         except ClipError as error:  # nothing matches, and this is the place to see why
             mismatches = [error.message]
     rows = [row for row in marker_rows(read, matched) if subject in (None, row["subject"])]

@@ -1,7 +1,8 @@
-"""From the options that every fitting command has (`options.which`, `estimation`, `reading`) to a `Job`."""
+"""What the shared options of a command say: read the clip and association, or make the `Job`."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
@@ -9,30 +10,57 @@ from mocap_skel.cli import options
 from mocap_skel.errors import CallError
 
 if TYPE_CHECKING:
+    from mocap_skel.clip import Clip
     from mocap_skel.joints.calibration import Calibration
     from mocap_skel.labels.association import Association
     from mocap_skel.pipeline.job import Job
 
 
-class Told(TypedDict):
-    """What those options say, under the names of their parameters."""
+class Looked(TypedDict):
+    """What `options.which` and `options.reading` say, under the names of their parameters."""
 
     association: str | None
     skeleton: str | None
     subject: str | None
+    unit: str | None
+    rate: float | None
+    salvage: bool
+
+
+class Told(Looked):
+    """What `options.estimation` says besides."""
+
     sigma: float | tuple[float, ...] | None
     pose: str
     method: str
     noise: str
     prior: NotRequired[str]
     calibration: NotRequired[Path | None]
-    unit: str | None
-    rate: float | None
-    salvage: bool
 
 
-def job_of(told: Told, **more: Any) -> Job:
-    """The job; `more` are fields of it. A command without --prior fits the movement alone.
+def looked_at(path: Path, told: Looked) -> tuple[Clip, Association | None]:
+    """Read a clip, and the association file where one is named.
+
+    Raises:
+        AssociationError, SkeletonError: there is no such file, or it is wrong.
+        ClipError: the clip cannot be read.
+    """
+    from mocap_skel.labels.association import read_association
+    from mocap_skel.readers import read_clip
+
+    name = told["association"]
+    association = None if name is None else read_association(name, told["skeleton"])
+    clip = read_clip(path, unit=told["unit"], rate=told["rate"], salvage=told["salvage"])
+    return clip, association
+
+
+def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
+    """Make the job of a command that fits. A command without --prior fits by the movement alone.
+
+    Args:
+        told: what the options say.
+        clips: those of the call. They and the files that the options name are never written over.
+        more: other fields of the job.
 
     Raises:
         CallError: options that do not go together.
@@ -51,8 +79,15 @@ def job_of(told: Told, **more: Any) -> Job:
     return Job(
         association=association, calibration=calibration,
         subject=told["subject"], sigma=told["sigma"], pose=told["pose"], method=told["method"],
-        noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"], salvage=told["salvage"], **more,
+        noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"],
+        salvage=told["salvage"], inputs=_inputs(told, clips), **more,
     )  # fmt: skip
+
+
+def _inputs(told: Told, clips: Iterable[Path]) -> frozenset[Path]:
+    """The files that the call reads; a bare name of a shipped one is no file here, and does no harm."""
+    named = (told["association"], told["skeleton"], told.get("calibration"))
+    return frozenset([*clips, *(Path(name) for name in named if name)])
 
 
 def _calibration(told: Told, association: Association | None) -> Calibration | None:

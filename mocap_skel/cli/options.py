@@ -15,7 +15,6 @@ from mocap_skel.errors import CallError
 F = TypeVar("F", bound=Callable[..., Any])
 
 _LENGTH = re.compile(r"\s*([0-9.]+(?:e[+-]?\d+)?)\s*(mm|cm|dm|m)?\s*", re.IGNORECASE)
-_IN_A_METRE = {"mm": 1000.0, "cm": 100.0, "m": 1.0, "in": 1.0 / 0.0254}
 _METRES = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0}
 
 
@@ -44,7 +43,7 @@ class Length(click.ParamType):  # type: ignore[type-arg]  # generic from click 8
 
 
 class Lengths(Length):
-    """A length with its unit, or three of them for the axes x, y, z."""
+    """A length with its unit, or three of them for the axes x, y, z; in metres."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         metres = tuple(super(Lengths, self).convert(v, param, ctx) for v in str(value).split(","))
@@ -53,41 +52,15 @@ class Lengths(Length):
         return metres if len(metres) == 3 else metres[0]
 
 
-class Scale(click.ParamType):  # type: ignore[type-arg]  # as Length
-    """A unit of length, or a factor to centimetres; as units in a metre."""
-
-    name = "scale"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        text = str(value).strip().lower()
-        if text in _IN_A_METRE:
-            return _IN_A_METRE[text]
-        try:
-            factor = float(text)
-        except ValueError:
-            factor = 0.0
-        # The file has six decimals.
-        if not 1e-3 <= factor <= 1e6:
-            self.fail(
-                f"{value!r}: a unit ({', '.join(_IN_A_METRE)}), or a factor to centimetres "
-                "from 0.001 up",
-                param,
-                ctx,
-            )
-        return 100.0 * factor
-
-
 class Capitals(click.Choice):  # type: ignore[type-arg]  # as Length
-    """A choice of words in capitals, that may be typed in small letters."""
+    """A choice of words in capitals, which may also be typed in small letters."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         return super().convert(str(value).upper(), param, ctx)
 
 
 class Folder(click.Path):
-    """A folder; a dash is none where there are several result files."""
+    """A folder. A dash (standard output) is refused: there are several result files."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if str(value) == "-":
@@ -187,6 +160,7 @@ calibration = click.option(
     help="What other clips of the actor know of the joints, from mocap-skel calibrate; the clip's own "
     "movement adds to it.",
 )  # fmt: skip
+figures = click.option("--figures/--no-figures", default=True, show_default=True, help="Draw them.")
 seed = click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is drawn."
 )
@@ -203,33 +177,10 @@ folder = click.option(
     type=Folder(path_type=Path), help="Folder for the results.",
 )  # fmt: skip
 overwrite = click.option("--overwrite", is_flag=True, help="Replace result files that exist.")
+wide = click.option(
+    "--wide", is_flag=True, help="All columns of the joint table, in lines of any length."
+)
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON lines, not a table.")
-_RIG = (
-    click.option(
-        "--rotation-order", type=Capitals(["ZXY", "ZYX", "XYZ", "XZY", "YXZ", "YZX"]), default="ZXY",
-        show_default=True, help="bvh: order of the rotation channels.",
-    ),
-    click.option(
-        "--scale", type=Scale(), default="cm", metavar="UNIT", show_default=True,
-        help="bvh: unit of length: cm, m, mm, in; or a factor to centimetres.",
-    ),
-    click.option(
-        "--names", type=click.Choice(["mocap", "mixamo", "cmu"]), default="mocap", show_default=True,
-        help="bvh: joints named as in the skeleton file, as Mixamo's (mixamorig:LeftUpLeg), or as in the "
-        "BVH files of the CMU database (LeftUpLeg).",
-    ),
-    click.option(
-        "--floor", is_flag=True,
-        help="bvh: move the figure up or down so that its lowest point over the clip is at zero.",
-    ),
-    click.option(
-        "--root-at-origin", is_flag=True,
-        help="bvh: root OFFSET 0 0 0, for readers that add it to the position (three.js); the rest pose "
-        "then has its root, not its feet, at zero.",
-    ),
-)  # fmt: skip
-
-
 unit = click.option(
     "--unit", metavar="UNIT", help="Length unit of the clip (mm, cm, m), whatever the file says."
 )
@@ -245,7 +196,7 @@ quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard e
 
 
 def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
-    """Options as one decorator, in the order of the help."""
+    """One decorator of several options; the help shows them in this order."""
 
     def decorate(command: F) -> F:
         for option in reversed(several):
@@ -255,8 +206,8 @@ def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
     return decorate
 
 
-rig = _together(*_RIG)
 which = _together(association, skeleton, subject)
 pure_estimation = _together(sigma, pose, method, noise)
 estimation = _together(pure_estimation, prior, calibration)
 reading = _together(unit, rate, salvage)
+findings = _together(figures, folder, overwrite, as_json, quiet)

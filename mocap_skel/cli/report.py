@@ -21,12 +21,14 @@ from mocap_skel.errors import CallError
 @options.overwrite
 @options.estimation
 @options.reading
+@options.wide
 @options.as_json
 @options.quiet
 def command(
     clips: tuple[Path, ...],
     output: str,
     overwrite: bool,
+    wide: bool,
     as_json: bool,
     quiet: bool,
     **told: Unpack[Told],
@@ -46,14 +48,14 @@ def command(
             "-o - sends the page of one clip and nothing else", "give a folder for more"
         )
     each.check_names(clips)
-    from mocap_skel.pipeline.job import PAGE
+    from mocap_skel.report.html import PAGE
 
     job = job_of(
         told,
+        clips,
         formats=(PAGE,),
         folder=None if to_stdout else Path(output),
         overwrite=overwrite,
-        inputs=frozenset(clip.resolve() for clip in clips),
         command=shlex.join(["mocap-skel", *sys.argv[1:]]),
     )
-    return each.run(clips, job, as_json=as_json, quiet=quiet)
+    return each.run(clips, job, as_json=as_json, quiet=quiet, wide=wide)

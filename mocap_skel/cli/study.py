@@ -6,8 +6,9 @@ import json
 import shlex
 import sys
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import click
 
@@ -26,7 +27,20 @@ def command() -> None:
     """
 
 
-figures = click.option("--figures/--no-figures", default=True, show_default=True, help="Draw them.")
+class _How(TypedDict):
+    """What `options.findings` say, under the names of their parameters."""
+
+    figures: bool
+    folder: Path
+    overwrite: bool
+    as_json: bool
+    quiet: bool
+
+
+class _Resample(Told, _How):
+    """Those, and how the clip is read and fitted."""
+
+
 workers = click.option(
     "--workers", type=click.IntRange(1), metavar="N", show_default="one a core", help="Processes."
 )
@@ -50,23 +64,14 @@ workers = click.option(
 @options.pure_estimation
 @options.reading
 @workers
-@figures
-@options.folder
-@options.overwrite
-@options.as_json
-@options.quiet
+@options.findings
 def resample(
     clip: Path,
     passes: int,
     levels: int,
     seed: int,
     workers: int | None,
-    figures: bool,
-    folder: Path,
-    overwrite: bool,
-    as_json: bool,
-    quiet: bool,
-    **told: Unpack[Told],
+    **told: Unpack[_Resample],
 ) -> int:
     """Refit CLIP's whole figure with frames left out at random, and see how the joints scatter (6.1).
 
@@ -79,17 +84,17 @@ def resample(
 
     if told["association"] is None:
         raise options.missing_association()
-    job = job_of(told)
-    where = _where(folder, overwrite, figures, quiet, "tens of refits", workers)
+    job = job_of(told, [clip])
+    where = replace(_where(told, "tens of refits", workers), inputs=job.inputs)
     found = run.resample(clip, job, run.Resampling(passes, levels, seed), where)
     tables = {
         "Means of the joints' constants, m (thesis table 2)": "means",
         "Their standard deviations, m (thesis table 3)": "deviations",
         "Deviation against the number of samples (thesis figure 24)": "power_law",
     }
-    for note in [] if quiet else found.notes:
+    for note in [] if told["quiet"] else found.notes:
         click.echo(f"mocap-skel: {clip}: {note}", err=True)
-    return _show(found, tables, as_json)
+    return _show(found, tables, told["as_json"])
 
 
 @command.command(
@@ -105,21 +110,8 @@ def resample(
     help="Of one set.",
 )  # fmt: skip
 @options.seed
-@figures
-@options.folder
-@options.overwrite
-@options.as_json
-@options.quiet
-def speed(
-    trials: int,
-    most_points: int,
-    seed: int,
-    figures: bool,
-    folder: Path,
-    overwrite: bool,
-    as_json: bool,
-    quiet: bool,
-) -> int:
+@options.findings
+def speed(trials: int, most_points: int, seed: int, **how: Unpack[_How]) -> int:
     """Time every estimator on point sets from the thesis's ranges (6.4).
 
     Writes speed.trials.csv, speed.ratios.csv (beside the thesis's ratios), speed.figure26.png and
@@ -130,9 +122,9 @@ def speed(
     use_one_core()
     from mocap_skel.pipeline import study as run
 
-    where = _where(folder, overwrite, figures, quiet, "sets", None)
+    where = _where(how, "sets")
     found = run.run_speed(trials, most_points, seed, where)
-    return _show(found, {"Time against GDKE's": "ratios"}, as_json)
+    return _show(found, {"Time against GDKE's": "ratios"}, how["as_json"])
 
 
 @command.command(
@@ -152,22 +144,8 @@ def speed(
 )
 @options.seed
 @workers
-@figures
-@options.folder
-@options.overwrite
-@options.as_json
-@options.quiet
-def accuracy(
-    trials: int,
-    points: int,
-    seed: int,
-    workers: int | None,
-    figures: bool,
-    folder: Path,
-    overwrite: bool,
-    as_json: bool,
-    quiet: bool,
-) -> int:
+@options.findings
+def accuracy(trials: int, points: int, seed: int, workers: int | None, **how: Unpack[_How]) -> int:
     """Bias and error of every estimator against the Cramér-Rao bound, over noise and coverage (6.6).
 
     Writes accuracy.scores.csv (every estimator in every cell), accuracy.noise.csv (a noise matrix
@@ -177,18 +155,17 @@ def accuracy(
     from mocap_skel.pipeline import study as run
     from mocap_skel.studies.accuracy import Plan
 
-    where = _where(folder, overwrite, figures, quiet, "cells", workers)
+    where = _where(how, "cells", workers)
     found = run.run_accuracy(Plan(count=points, trials=trials, seed=seed), where)
     tables = {
         "A noise matrix, σ along x, y, z in radii (thesis 6.7)": "noise",
         "Two markers of different noise, radii 1 and 2": "markers",
     }
-    return _show(found, tables, as_json)
+    return _show(found, tables, how["as_json"])
 
 
-def _where(
-    folder: Path, overwrite: bool, figures: bool, quiet: bool, unit: str, workers: int | None
-) -> Where:
+def _where(how: _How, unit: str, workers: int | None = None) -> Where:
+    """Where the results go and what shows the progress; `unit` is the noun of what is counted."""
     from mocap_skel.pipeline.study import Where, no_progress
 
     def bar(parts: Iterable[Any], count: int) -> Iterable[Any]:
@@ -196,13 +173,16 @@ def _where(
 
         return tqdm(parts, total=count, unit=f" {unit}", file=sys.stderr, leave=False)
 
-    shown = sys.stderr.isatty() and not quiet
+    watched = sys.stderr.isatty() and not how["quiet"]
     called = shlex.join(["mocap-skel", *sys.argv[1:]])
-    return Where(folder, overwrite, figures, called, bar if shown else no_progress, workers)
+    return Where(
+        how["folder"], how["overwrite"], how["figures"], called, bar if watched else no_progress,
+        workers,
+    )  # fmt: skip
 
 
 def _show(found: Findings, tables: dict[str, str], as_json: bool) -> int:
-    """The findings in words and as tables, or as JSON lines: the rows of every table but the largest."""
+    """Print the findings as sentences and tables, or the rows of the tables as JSON lines; the exit code."""
     if as_json:
         for name in tables.values():
             for row in found.tables[name]:
@@ -219,5 +199,5 @@ def _show(found: Findings, tables: dict[str, str], as_json: bool) -> int:
 
 
 def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    """A number that is none is null."""
+    """A row for JSON: NaN becomes None."""
     return {key: None if value != value else value for key, value in row.items()}

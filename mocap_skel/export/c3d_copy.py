@@ -15,11 +15,11 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import ClipError, ExportError, OutputError
 from mocap_skel.export.parameters import Parameters
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.machine import encoded
-from mocap_skel.readers.markers import AXES_LIST, SKELETON_LIST
-from mocap_skel.readers.raw import number
-from mocap_skel.readers.section import BLOCK
-from mocap_skel.readers.survey import Survey, survey
+from mocap_skel.readers.formats.c3d.contents import number
+from mocap_skel.readers.formats.c3d.machine import encoded
+from mocap_skel.readers.formats.c3d.point_lists import AXES_LIST, SKELETON_LIST
+from mocap_skel.readers.formats.c3d.section import BLOCK
+from mocap_skel.readers.formats.c3d.survey import Survey, survey
 from mocap_skel.readers.units import metres_in
 from mocap_skel.results.tables import track_kinds
 from mocap_skel.segments.pose import Array
@@ -57,7 +57,7 @@ def c3d_copy(
 
     Nothing else changes: analog values, parameters, events, frame numbers and the old points are
     copied byte for byte. POINT:JOINT_CENTRES and POINT:SEGMENT_AXES list the new points, so that a
-    reader can tell them from markers; their descriptions say which joint is known. A label that the
+    reader can tell them from markers; their descriptions say whether the movement shows the joint. A label that the
     file has already gets a number: LeftHip_2.
 
     Args:
@@ -126,9 +126,9 @@ def _frames(found: Survey, clip: Clip, content: bytes) -> NDArray[np.uint8]:
 
 
 def _tracks(fit: SkeletonFit) -> Iterable[_Point]:
-    known = {joint.joint: joint.shown for joint in fit.joints}
+    shown = {joint.joint: joint.shown for joint in fit.joints}
     for name, kind, track in track_kinds(fit):
-        verdict = f", known: {known[name]}" if kind == "joint" else ""
+        verdict = f", shown: {shown[name]}" if kind == "joint" else ""
         yield _Point(name, track, f"{_SAID[kind]} by mocap-skel{verdict}")
 
 

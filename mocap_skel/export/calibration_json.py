@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_skel.errors import CallError
+from mocap_skel.errors import CallError, ours
 from mocap_skel.figure.skeleton import Skeleton
 from mocap_skel.joints.calibration import (
     CalibratedJoint,
@@ -49,7 +49,7 @@ def _summary(found: CalibratedJoint) -> dict[str, Any]:
     return {
         "parent": joint.parent, "child": joint.child, "in_the_frame_of_clip": found.clip,
         "centre": joint.centre.tolist(), "covariance": joint.covariance.tolist(),
-        "known": joint.shown, "markers": list(joint.markers), "shares": found.shares,
+        "shown": joint.shown, "markers": list(joint.markers), "shares": found.shares,
     }  # fmt: skip
 
 
@@ -112,14 +112,8 @@ def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibratio
         CallError: there is no such file, it is no calibration, of another figure, or something in it is
             wrong; the message says where.
     """
-    try:
+    with ours(path, CallError, dict.fromkeys((ValueError, RecursionError), _no_calibration)):
         content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise CallError(f"{path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise CallError(
-            f"{path}: is no calibration: {error}", "mocap-skel calibrate writes one"
-        ) from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         found = content.get("format") if isinstance(content, dict) else None
         raise CallError(
@@ -147,6 +141,10 @@ def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibratio
     if skeleton is not None:
         _check_known(path, clips, skeleton)
     return Calibration(name, clips)
+
+
+def _no_calibration(error: Exception) -> tuple[str, str]:
+    return f"is no calibration: {error}", "mocap-skel calibrate writes one"
 
 
 def _check_known(path: Path, clips: Sequence[ClipEvidence], skeleton: Skeleton) -> None:

@@ -24,8 +24,16 @@ def euler_angles(rotation: Array, order: str) -> Array:
     all frames are decided at once. Where the first and third axis fall together, the first angle goes on
     between its neighbours' and the others take up the rest.
 
+    Args:
+        rotation: (frames, 3, 3), without gaps.
+        order: one of `ORDERS`.
+
     Raises:
         ValueError: no such order.
+
+    >>> quarter = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    >>> euler_angles(np.array([quarter]), "ZXY")
+    array([[90.,  0.,  0.]])
     """
     if order not in ORDERS:
         raise ValueError(f"order must be one of {ORDERS}, got {order!r}")

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
-from mocap_skel.figure.skeleton import Segment
 from mocap_skel.text import listed
+
+if TYPE_CHECKING:
+    from mocap_skel.figure.skeleton import Segment
 
 NAMINGS = ("mocap", "mixamo", "cmu")
 
@@ -37,8 +40,16 @@ def joint_names(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """A name without blanks for the joint of every segment, and notes on those with no name there.
 
+    Args:
+        segments: each is called after its joint, the root after itself.
+        naming: one of `NAMINGS`.
+
     Raises:
         ValueError: no such naming.
+
+    >>> from mocap_skel.figure.skeleton import read_skeleton
+    >>> joint_names(read_skeleton("human").segments[:2], "mixamo")
+    (('mixamorig:Hips', 'mixamorig:Spine'), ())
     """
     if naming not in NAMINGS:
         raise ValueError(f"names must be one of {NAMINGS}, got {naming!r}")
@@ -50,7 +61,7 @@ def joint_names(
         for s, name in zip(segments, own, strict=True)
     ]
     kept = [name for s, name in zip(segments, own, strict=True) if s.name not in _BONES]
-    notes = (f"BVH: no {naming} name for {listed(kept)}; it stays",) if kept else ()
+    notes = (f"no {naming} name for {listed(kept)}; it stays",) if kept else ()
     return tuple(_apart(names)), notes
 
 

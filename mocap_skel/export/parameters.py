@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from mocap_skel.errors import ExportError
-from mocap_skel.readers.machine import encoded, numbers
-from mocap_skel.readers.section import BLOCK
+from mocap_skel.readers.formats.c3d.machine import encoded, numbers
+from mocap_skel.readers.formats.c3d.section import BLOCK
 
 MOST_TEXTS = 255
 """A list of texts holds so many; more go on in NAME2, NAME3 and so on."""

@@ -1,15 +1,14 @@
-"""The result files of one fit: in which formats, and what they are called."""
+"""The result files of one fit: what they are called, and all of them at once."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from mocap_skel.clip import Clip
-from mocap_skel.export import WRITERS, Options
 from mocap_skel.export.files import safe_name, write_all
+from mocap_skel.export.registry import Source, choose
 from mocap_skel.skeleton_fit import SkeletonFit
 
 
@@ -26,33 +25,42 @@ def write_fit(
 
     Args:
         fit: the skeleton of one subject.
-        clip: what it was fitted to, as `read_clip` gave it; the files are named after it.
+        clip: what it was fitted to, as `read_clip` gave it; the files are named after it. It is never
+            written over.
         folder: where they go; it is made if it is not there.
-        formats: one of `export.WRITERS`, or several.
+        formats: the name of a format, or several: csv, bvh, c3d, parquet, trc.
         overwrite: whether existing files may be replaced.
-        told: what the formats can be told, the fields of `export.Options`: up="y", axes=True ...
+        told: what the formats can be told, the fields of their options: up="y", axes=True ... Lengths are
+            metres, `scale` is the units of the file in a metre. docs/commands/fit.md says what each does.
 
     Returns:
         The files.
 
     Raises:
-        ValueError: no such format.
+        ValueError: no such format, or an option has none of its choices.
+        TypeError: none of these formats has such an option.
         ExportError: a format cannot hold this fit.
+        MissingExtraError: a format's library is not installed.
         OutputError: a file is there already, or cannot be written.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip, write_fit
+    >>> clip, known = read_clip("sample_data/nearly_still.c3d"), read_association("cmu")
+    >>> fit = fit_skeleton(clip, associate(clip, known)[0], known.skeleton)
+    >>> with TemporaryDirectory() as folder:
+    ...     [path.name for path in write_fit(fit, clip, folder, ["csv", "bvh"], trim=True)]
+    ['nearly_still.skeleton.csv', 'nearly_still.joints.csv', 'nearly_still.bvh']
     """
-    names = (formats,) if isinstance(formats, str) else tuple(dict.fromkeys(formats))
-    for name in names:
-        if name not in WRITERS:
-            raise ValueError(f"formats must be of {tuple(WRITERS)}, got {name!r}")
+    chosen = choose(formats, **told)
     path = Path(clip.name)
-    options = replace(Options(clip=clip, path=path), **told)
+    source = Source(clip, path)
     stem = stem_of(path, clip, fit)
     contents = {
         Path(folder) / f"{stem}{suffix}": content
-        for name in names
-        for suffix, content in WRITERS[name](fit, options).files.items()
+        for one in chosen
+        for suffix, content in one.render(fit, source).files.items()
     }
-    write_all(contents, overwrite)
+    write_all(contents, overwrite, [path])
     return tuple(contents)
 
 

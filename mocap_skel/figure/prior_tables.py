@@ -1,4 +1,4 @@
-"""Priors in a skeleton file: where anatomy puts a joint, by landmarks and shifts from them."""
+"""Priors in a skeleton file: where anatomy has a joint, as landmarks and steps from them."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ class Shift:
 
     Attributes:
         line: two landmarks: the direction from the first to the second.
-        across: four landmarks: the direction square to two lines, (first → second) × (third → fourth).
+        across: four landmarks: the direction perpendicular to two lines, (first → second) × (third → fourth).
         hinge: 1 or -1: inward along the joint's hinge axis, to the side of (bone above) × (bone below) or
-            to the other one.
+            to the other one; 0 for another direction.
         ratio: how far, as a share of the length of the (first) line.
         of: two other landmarks whose distance `ratio` is a share of.
         by: metres beside that, for a person of 1.75 m.
-        toward: hinge: markers of the child far down its bone.
-        beside: hinge: metres by which these lie beside the bone, on the landmark's side.
-        upper: hinge: landmarks that stand for the bone's upper joint where the parent is the root and has none.
-        aside: hinge: metres by which these lie beside the bone, on the landmark's side.
+        toward: for a hinge: markers of the child far down its bone.
+        beside: for a hinge: metres by which these lie beside the bone, on the landmark's side.
+        upper: for a hinge: landmarks that stand for the bone's upper joint if the parent is the root, which has none.
+        aside: for a hinge: metres by which these lie beside the bone, on the landmark's side.
     """
 
     line: tuple[str, ...] = ()
@@ -43,12 +43,12 @@ class Shift:
 
 @dataclass(frozen=True)
 class Prior:
-    """Where a joint is known to lie before any motion is seen.
+    """Where anatomy has a joint.
 
     Attributes:
         mean: landmarks of the parent segment whose mean it starts from.
         sd: how sure that is, in metres for a person of 1.75 m.
-        source: whose word it is.
+        source: where the numbers come from, for people.
         shifts: steps from that mean.
     """
 
@@ -59,10 +59,15 @@ class Prior:
 
 
 def read_priors(entry: Any, places: Places, i: int) -> tuple[Prior, ...]:
-    """A segment's `prior`: one table, or several with the best first.
+    """Read a segment's `prior`: one table, or several with the best first.
+
+    Args:
+        entry: the value in the file, None for none.
+        places: of the file.
+        i: the segment's index in it.
 
     Raises:
-        SkeletonError: it is no such thing.
+        SkeletonError: a table, a key or a value is wrong.
     """
     if entry is None:
         return ()
@@ -71,6 +76,7 @@ def read_priors(entry: Any, places: Places, i: int) -> tuple[Prior, ...]:
 
 
 def _prior(entry: Any, places: Places, i: int) -> Prior:
+    """One table of a prior."""
     entry = is_a(entry, dict, places.of(i, "prior"), "prior: a table")
     known_keys(entry, {"mean", "shift", "sd", "source"}, places, i, "prior.")
     sd = number(
@@ -87,6 +93,7 @@ def _prior(entry: Any, places: Places, i: int) -> Prior:
 
 
 def _shift(entry: Any, places: Places, i: int) -> Shift:
+    """One step of a prior: exactly one direction, with all that this direction needs."""
     here = places.of(i, "prior.shift")
     entry = is_a(entry, dict, here, "shift: a list of tables")
     known = {
@@ -125,10 +132,10 @@ def _shift(entry: Any, places: Places, i: int) -> Shift:
 def read_landmarks(
     data: Mapping[str, Any], places: Places
 ) -> dict[str, tuple[tuple[str, ...], ...]]:
-    """The file's `landmarks`: name → lists of markers whose mean it is, the first that is there counts.
+    """Read the file's `landmarks`: name → sets of markers; the first set that a clip has is used.
 
     Raises:
-        SkeletonError: it is no such thing.
+        SkeletonError: it is no table of lists of lists of names.
     """
     here = places.of(None, "landmarks")
     found = is_a(data.get("landmarks", {}), dict, here, "landmarks: a table")
@@ -148,10 +155,10 @@ def read_landmarks(
 
 
 def read_sizes(data: Mapping[str, Any], places: Places) -> tuple[tuple[str, str, float], ...]:
-    """The file's `sizes`: two markers and their distance in metres in a person of 1.75 m.
+    """Read the file's `sizes`: two markers and their distance in metres in a person of 1.75 m.
 
     Raises:
-        SkeletonError: it is no such thing.
+        SkeletonError: it is no list of [MARKER, MARKER, METRES].
     """
     here = places.of(None, "sizes")
     found = is_a(data.get("sizes", []), list, here, "sizes: a list")

@@ -1,4 +1,4 @@
-"""The T-pose in a skeleton file: how a segment's bone, joint and hinge lie in it."""
+"""The rest pose in a skeleton file: how a segment's bone, joint and hinge lie in the T-pose."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ REST_KEYS = ("rest", "rest_joint", "rest_axis")
 def read_rest(
     entry: dict[str, Any], places: Places, i: int, *, root: bool
 ) -> tuple[Vector | None, Vector | None, Vector | None]:
-    """A segment's `rest`, `rest_joint` and `rest_axis`, None where the file has none.
+    """Read a segment's `rest`, `rest_joint` and `rest_axis`; None for each that the file does not have.
 
     Raises:
-        SkeletonError: one is no vector, or no direction; or it tells of a joint that the root has not.
+        SkeletonError: one is not three numbers, or a direction without a length; or the root has one that
+            is about a joint.
     """
     for key in REST_KEYS[1:]:
         if root and key in entry:
@@ -34,6 +35,7 @@ def read_rest(
 
 
 def _vector(entry: dict[str, Any], places: Places, i: int, key: str) -> Vector | None:
+    """Three numbers under a key; None if it is not there."""
     value = entry.get(key)
     if value is None:
         return None

@@ -1,4 +1,4 @@
-"""The figure to fit: linked segments in a tree, read from a TOML file (thesis 5.5.1, arbitrary figure)."""
+"""The figure to fit: segments that hang on each other, read from a TOML file (thesis 5.5.1, arbitrary figure)."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ import tomllib
 from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from mocap_skel.errors import SkeletonError
+from mocap_skel.errors import SkeletonError, Told, ours
 from mocap_skel.figure.prior_tables import Prior, read_landmarks, read_priors, read_sizes
 from mocap_skel.figure.rest_keys import REST_KEYS, Vector, read_rest
 from mocap_skel.figure.toml_checks import is_a, known_keys, names, number
@@ -36,9 +37,9 @@ class Segment:
         joint: the joint towards the parent, None for the root.
         markers: the standard names of the markers that may sit on it.
         ends: the markers whose mean is its end point when it is a leaf; empty means all.
-        priors: what is known about the joint, the best first; the first whose landmarks are there counts.
-        looseness: how far the joint is from a ball joint, whose bones roll and glide: 1 for a hip.
-        movement: what shows the joint, as one would tell the subject.
+        priors: where anatomy has the joint, the best first; the first whose landmarks are there is used.
+        looseness: how much the bones of the joint roll and glide, compared with a hip.
+        movement: the movement that shows the joint, in words for the subject.
         rest: direction of its bone, from its joint to the next one or its end, in the T-pose. All directions
             of the T-pose are along the character's axes: x to its left, y up, z forward.
         rest_joint: where in the T-pose its joint lies in a parent with several joints, from the parent's joint;
@@ -76,6 +77,7 @@ class Skeleton:
     sizes: tuple[tuple[str, str, float], ...] = ()
 
     def __getitem__(self, name: str) -> Segment:
+        """The segment of that name."""
         return next(s for s in self.segments if s.name == name)
 
     @property
@@ -98,51 +100,81 @@ class Skeleton:
 
 
 def read_skeleton(source: str | Path) -> Skeleton:
-    """Read a skeleton file, or a shipped skeleton by its bare name (``human``).
+    """Read a skeleton file: a path, or the name of a shipped one (``human``).
 
     Raises:
-        SkeletonError: no such file, not TOML, or a tree that does not hold together.
+        SkeletonError: there is no such file, it is no TOML, a value in it is wrong, or its segments are no
+            tree; names file, line and column.
+
+    >>> leg = read_skeleton("right_leg")
+    >>> leg.root.name, leg.joints
+    ('UpperRightLeg', ('RightKnee', 'RightAnkle'))
+    >>> leg["RightFoot"].parent
+    'LowerRightLeg'
     """
-    path = Path(source)
-    if not path.is_file() and (SHIPPED / f"{source}.toml").exists():
-        path = SHIPPED / f"{source}.toml"
-    if not path.exists():
-        known = sorted(p.stem for p in SHIPPED.glob("*.toml"))
-        hint = nearest(str(source), known, 0.6)
-        raise SkeletonError(
-            f"{source}: no such skeleton file", hint or f"shipped ones: {', '.join(known)}"
-        )
+    with ours(source, SkeletonError):
+        path = Path(source)
+        if not path.is_file() and (SHIPPED / f"{source}.toml").exists():
+            return _shipped(str(source))
+        if not path.exists():
+            known = list(shipped_skeletons())
+            hint = nearest(str(source), known, 0.6) or f"shipped ones: {', '.join(known)}"
+            raise SkeletonError("no such skeleton file", hint)
     return _read(path)
 
 
+def shipped_skeletons() -> dict[str, Skeleton]:
+    """The skeletons that come with the program, by their names for `read_skeleton`.
+
+    >>> list(shipped_skeletons())[:3]
+    ['hand', 'human', 'left_arm']
+    """
+    return {path.stem: _shipped(path.stem) for path in sorted(SHIPPED.glob("*.toml"))}
+
+
+@cache
+def _shipped(name: str) -> Skeleton:
+    """A skeleton that comes with the program. Its file does not change, so it is read once."""
+    return _read(SHIPPED / f"{name}.toml")
+
+
 def _read(path: Path, readers: tuple[Path, ...] = ()) -> Skeleton:
-    """Read a file that the others are `like`."""
+    """Read a file; `readers` are those that it is read for, since they are `like` it."""
     text = read_text(path, SkeletonError)
-    try:
+    with ours(path, SkeletonError, {tomllib.TOMLDecodeError: _toml_problem(path, text)}):
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise SkeletonError(_toml_problem(path, text, str(error))) from error
     return _build(data, Places(path, text), (*readers, path.resolve()))
 
 
 def shipped_with_root(seen: Collection[str]) -> list[str]:
-    """Names of the shipped figures that start at one of these segments and have the most of them."""
-    figures = [read_skeleton(path) for path in sorted(SHIPPED.glob("*.toml"))]
+    """The shipped figures whose root is one of these segments, those that have the most of them.
+
+    >>> shipped_with_root(["UpperRightLeg", "RightFoot"])
+    ['right_leg']
+    """
     counts = {
-        f.name: sum(s.name in seen for s in f.segments) for f in figures if f.root.name in seen
+        name: sum(s.name in seen for s in figure.segments)
+        for name, figure in shipped_skeletons().items()
+        if figure.root.name in seen
     }
     return [name for name, count in counts.items() if count == max(counts.values())]
 
 
-def _toml_problem(path: Path, text: str, problem: str) -> str:
-    """What tomllib says, its place put in front as everywhere."""
-    found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", problem, re.S)
-    if found:
-        return f"{path}:{found[2]}:{found[3]}: {found[1]}"
-    return f"{path}:{text.count(chr(10)) + 1}:1: {problem.removesuffix(' (at end of document)')}"
+def _toml_problem(path: Path, text: str) -> Told:
+    """What tomllib says of a text that is no TOML, with the place in front."""
+
+    def told(error: tomllib.TOMLDecodeError) -> tuple[str, None]:
+        found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", str(error), re.S)
+        if found:
+            return f"{path}:{found[2]}:{found[3]}: {found[1]}", None
+        what = str(error).removesuffix(" (at end of document)")
+        return f"{path}:{text.count(chr(10)) + 1}:1: {what}", None
+
+    return told
 
 
 def _build(data: dict[str, Any], places: Places, readers: tuple[Path, ...]) -> Skeleton:
+    """The skeleton of a file's data, checked."""
     known_keys(data, {"name", "like", "landmarks", "sizes", "segment"}, places, None)
     entries = data.get("segment")
     if not isinstance(entries, list) or not entries:
@@ -160,11 +192,13 @@ def _build(data: dict[str, Any], places: Places, readers: tuple[Path, ...]) -> S
 
 
 def _model(name: Any, places: Places, readers: tuple[Path, ...]) -> Skeleton:
-    """The skeleton that a file is `like`: a file beside it, or a shipped one by its bare name."""
+    """The skeleton that a file is `like`: a file beside it, or a shipped one by its name."""
     here = places.of(None, "like")
     beside = places.path.parent / is_a(name, str, here, "like: the name of a skeleton")
-    path = beside if beside.is_file() else SHIPPED / f"{name}.toml"
-    if not path.is_file():
+    with ours(here, SkeletonError):
+        path = beside if beside.is_file() else SHIPPED / f"{name}.toml"
+        there = path.is_file()
+    if not there:
         shipped = sorted(p.stem for p in SHIPPED.glob("*.toml"))
         raise SkeletonError(
             f"{here}: like: no such skeleton {name!r}",
@@ -172,11 +206,11 @@ def _model(name: Any, places: Places, readers: tuple[Path, ...]) -> Skeleton:
         )
     if path.resolve() in readers:
         raise SkeletonError(f"{here}: like: {name!r} leads back to this file; leave it out")
-    return _read(path, readers)
+    return _read(path, readers) if path == beside else _shipped(name)
 
 
 def _taken(segment: Segment, entry: dict[str, Any], model: Skeleton) -> Segment:
-    """A segment with what it does not say itself from the joint of the same name."""
+    """Complete a segment: what it does not say itself it takes from the model's joint of the same name."""
     same = next((s for s in model.segments if s.joint and s.joint == segment.joint), None)
     if same is None:
         return segment
@@ -185,6 +219,7 @@ def _taken(segment: Segment, entry: dict[str, Any], model: Skeleton) -> Segment:
 
 
 def _segment(entry: Any, places: Places, i: int) -> Segment:
+    """The i-th segment of a file, each of its values checked."""
     here = places.of(i)
     entry = is_a(entry, dict, here, "segment: a table")
     if "name" not in entry:
@@ -222,6 +257,7 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
 
 
 def _check_tree(segments: list[Segment], places: Places) -> None:
+    """Raise an error where a name stands twice, the root is not one, or a parent is not there."""
     all_names = [s.name for s in segments]
     for kind, key, values in (
         ("segment", "name", [(i, s.name) for i, s in enumerate(segments)]),
@@ -258,7 +294,7 @@ def _check_tree(segments: list[Segment], places: Places) -> None:
 
 
 def _in_order(segments: list[Segment], places: Places) -> list[Segment]:
-    """Parents before children, otherwise as written."""
+    """Sort segments: parents before children, otherwise as they are written."""
     placed: list[Segment] = []
     waiting = list(segments)
     while waiting:

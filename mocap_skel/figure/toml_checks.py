@@ -1,4 +1,4 @@
-"""What a value of a skeleton file has to be, with its place where it is not."""
+"""Checks of the values in a skeleton file; each error names the place of the value."""
 
 from __future__ import annotations
 
@@ -13,7 +13,11 @@ T = TypeVar("T")
 
 
 def names(value: Any, places: Places, i: int, key: str) -> tuple[str, ...]:
-    """A list of names."""
+    """Check that a value is a list of names, none of them empty.
+
+    Raises:
+        SkeletonError: it is not.
+    """
     if not isinstance(value, list) or not all(isinstance(v, str) and v for v in value):
         what = key.rpartition(".")[2]
         raise SkeletonError(
@@ -23,7 +27,18 @@ def names(value: Any, places: Places, i: int, key: str) -> tuple[str, ...]:
 
 
 def is_a(value: Any, kind: type[T], where: str, what: str) -> T:
-    """A value of a kind."""
+    """Check that a value is of a type; `what` names it in the error.
+
+    Raises:
+        SkeletonError: it is not.
+
+    >>> is_a("Knee", str, "leg.toml:5:9", "joint: a text")
+    'Knee'
+    >>> is_a(7, str, "leg.toml:5:9", "joint: a text")
+    Traceback (most recent call last):
+        ...
+    mocap_skel.errors.SkeletonError: leg.toml:5:9: joint: a text is needed, not 7
+    """
     if not isinstance(value, kind):
         raise SkeletonError(f"{where}: {what} is needed, not {value!r}")
     return value
@@ -32,7 +47,11 @@ def is_a(value: Any, kind: type[T], where: str, what: str) -> T:
 def known_keys(
     entry: dict[str, Any], known: set[str], places: Places, i: int | None, inside: str = ""
 ) -> None:
-    """Refuse a key that nothing reads."""
+    """Check that a table has no key that nothing reads.
+
+    Raises:
+        SkeletonError: it has; the hint names the keys that are read.
+    """
     for key in entry:
         if key not in known:
             raise SkeletonError(
@@ -42,7 +61,11 @@ def known_keys(
 
 
 def number(value: Any, where: str, what: str, *, positive: bool = False) -> float:
-    """A finite number; `what` is the sentence that says so."""
+    """Check that a value is a finite number; `what` is the sentence of the error.
+
+    Raises:
+        SkeletonError: it is not, or it has to be positive and is not.
+    """
     wrong = isinstance(value, bool) or not isinstance(value, int | float)
     wrong = wrong or not math.isfinite(value)
     if wrong or (positive and not value > 0):

@@ -1,4 +1,4 @@
-"""Where in a TOML text a table, a key or a name stands: tomllib reads it, but does not say."""
+"""Find the line and column of a table, a key or a name in a TOML text: tomllib does not say them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,12 @@ _STRING_OR_COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 
 
 class Places:
-    """Finds the line and column of what is wrong in a file of `[[segment]]` tables."""
+    r"""Lines and columns in a file of `[[segment]]` tables.
+
+    >>> places = Places(Path("leg.toml"), 'name = "leg"\n[[segment]]\nname = "Thigh"\n')
+    >>> places.of(0, "name")
+    'leg.toml:3:1'
+    """
 
     def __init__(self, path: Path, text: str, table: str = "segment") -> None:
         self.path = path
@@ -21,13 +26,13 @@ class Places:
         self._starts = [m.start() + m[0].index("[") for m in header.finditer(self._text)]
 
     def of(self, entry: int | None, key: str = "", name: str | None = None) -> str:
-        """The place as ``path:line:column``, from 1.
+        """The place as ``path:line:column``, both from 1.
 
         Args:
             entry: index of the table; None for the file's head.
             key: a key of it (a dot leads into a table: ``prior.sd``); "" for the table itself.
-            name: a text within the key's value, such as one of a list; the last one is taken, for of two
-                that are the same it is the second that is wrong.
+            name: a text within the key's value, such as one of a list. The last one is taken: of two that
+                are the same, the second is wrong.
         """
         start, stop = self._block(entry)
         at = start
@@ -49,6 +54,7 @@ class Places:
         return f"{self.path}:{self._text.count(chr(10), 0, at) + 1}:{at - line_start + 1}"
 
     def _block(self, entry: int | None) -> tuple[int, int]:
+        """Where a table starts and ends in the text."""
         if entry is None:
             return 0, self._starts[0] if self._starts else len(self._text)
         if entry >= len(self._starts):  # tables written inline

@@ -7,16 +7,17 @@ is used, the common markers of the parent say how the two clips' coordinates lie
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 
 import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import MocapSkelError
-from mocap_skel.joints.centre import JointFit
 from mocap_skel.joints.evidence import Evidence, information, merged, moved, placed
+from mocap_skel.joints.joint_fit import CentreFit, JointFit
 from mocap_skel.segments.pose import Array, least_squares_pose
+from mocap_skel.segments.shape import Shape, median
 from mocap_skel.text import listed
 
 # Metres by which the distance of two markers of a segment may differ between clips: skin shifts the median
@@ -153,6 +154,24 @@ def digest_of(clip: Clip, subject: str) -> str:
     return sha256(np.ascontiguousarray(clip.points[:, columns]).tobytes()).hexdigest()[:16]
 
 
+def template_of(markers: Sequence[str], points: Array, shape: Shape | None) -> Template:
+    """A segment's markers as `pooled_evidence` compares them with other clips'.
+
+    Args:
+        markers: their names.
+        points: (frames, M, 3), metres, NaN = missing.
+        shape: their rigid shape; without one, two markers have their distance, which is all that counts.
+    """
+    places: dict[str, Array] = {}
+    if shape is not None:
+        places = dict(zip(markers, shape.template, strict=True))
+    elif len(markers) == 2:
+        length = float(median(np.linalg.norm(points[:, 0] - points[:, 1], axis=1)))
+        places = {m: np.array([i * length, 0.0, 0.0]) for i, m in enumerate(markers)}
+    known = {marker: place for marker, place in places.items() if np.isfinite(place).all()}
+    return Template(known, None, shape.sigma if shape else 0.0)
+
+
 def pooled_evidence(
     calibration: Calibration, joint: str, parent: Template, child: Template, markers: Sequence[str]
 ) -> tuple[Pooled | None, tuple[str, ...]]:
@@ -251,3 +270,26 @@ def share_of(pooled: Evidence, own: Evidence | None, centre: Array) -> float:
         np.trace(gain) if own is None else np.trace(np.eye(3) - np.linalg.inv(total) / ANYWHERE**2)
     )
     return float(np.clip(np.trace(gain) / max(float(known), 1e-12), 0.0, 1.0))
+
+
+def credited(found: CentreFit, pooled: Pooled, own: int) -> tuple[CentreFit, str]:
+    """A centre that says how much of it the calibration gives, and those words alone.
+
+    Args:
+        found: the centre by the clip's own evidence and the pooled one.
+        pooled: what the calibration knows of it.
+        own: how many of the markers are in the clip itself: those whose radius is kept.
+    """
+    share = share_of(pooled.evidence, found.evidence, found.centre)
+    count = len(pooled.clips)
+    words = f"calibration ({count} clip{'s' if count > 1 else ''}) {100 * share:.0f} %"
+    reason = "; ".join(filter(None, [found.reason, words]))
+    return replace(found, reason=reason, radius=found.radius[:own]), words
+
+
+def calibration_note(used: Mapping[str, str]) -> str:
+    """The note of a fit with a calibration: joint → what the calibration gives of it, or that it gives nothing."""
+    if used:
+        said = [f"{joint}: {words}" for joint, words in used.items()]
+        return f"from the calibration: {listed(said, 20)}"
+    return "nothing of the calibration could be used: another actor, other markers, or this clip alone?"

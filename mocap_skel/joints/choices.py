@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from mocap_skel.joints.centre import BEST
 from mocap_skel.segments.noise import NOISES
 from mocap_skel.spherefit import METHODS, NOISELESS
 
+# The method that suits a joint: UGDK, MGDK or SGDK, and no sphere that the data do not show.
+BEST = "best"
 # Where what the motion does not show comes from.
 PRIORS = ("skeleton", "none")
 POSES = ("least-squares", "triad")
@@ -17,6 +20,20 @@ SHAPED = (BEST, "ugdk", "mgdk", "sgdk")
 
 # These look at the samples one by one; of other clips there are none.
 BY_SAMPLES = ("igdk", "lls", "mle")
+
+
+@dataclass(frozen=True)
+class Estimation:
+    """How the centre of a joint is estimated.
+
+    Attributes:
+        method: one of `spherefit.METHODS`, or `BEST`.
+        each: whether each marker's noise comes from its own radial residuals, and its samples are weighed
+            by it; otherwise all markers have the clip's noise and count alike.
+    """
+
+    method: str = BEST
+    each: bool = False
 
 
 def check_method(method: str, noise: str, sigma: object, *, calibrated: bool = False) -> None:

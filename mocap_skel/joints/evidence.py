@@ -1,11 +1,12 @@
-"""What one clip, or several together, know of a joint: moments of the child's markers in the parent's frame.
+"""What clips tell of a joint's centre: moments of the child's markers in the parent's frame, and their noise.
 
-All of it adds up: evidence of several clips is merged marker by marker, without looking at a frame again.
+All of it adds up: the evidence of several clips is merged marker by marker, and no frame is looked at again.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from mocap_skel.spherefit import Moments, merge_moments, moved_moments
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Evidence for a joint's centre. Metres, in the parent's frame; M markers of the child.
+    """What the samples of M markers tell of a joint's centre. Metres, in the parent's frame.
 
     Attributes:
         moments: (M,) of the markers.
@@ -47,52 +48,107 @@ class Evidence:
         """(M,) samples."""
         return self.moments.count
 
+    @property
+    def freedom(self) -> Array:
+        """(M,) degrees of freedom: samples less one, never below 0."""
+        return np.asarray(np.maximum(self.count - 1.0, 0.0))
+
+    @cached_property
+    def share(self) -> Array:
+        """(M,) what each marker has of all samples, adding up to 1."""
+        return np.asarray(self.freedom / self.freedom.sum())
+
+    @cached_property
+    def reach(self) -> float:
+        """Metres: how far the markers are from the parent's origin, root mean square.
+
+        The joint is on the parent too, so it lies no farther from the markers than that.
+        """
+        return root_mean_square(np.linalg.norm(self.moments.mean, axis=1))
+
+    def over_markers(self, matrices: Array) -> Array:
+        """(3, 3): the mean of matrices (M, 3, 3), each marker's by its share of the samples."""
+        return np.asarray(np.einsum("p,pij->ij", self.share, matrices))
+
+    @property
+    def spread_over_noise(self) -> float:
+        """Smallest ratio, over directions, of the markers' standard deviation to what noise alone makes."""
+        spread, still = self.over_markers(self.moments.covariance), self.over_markers(self.still)
+        floor = np.trace(still) * 1e-12 + np.finfo(float).tiny
+        factor = np.linalg.inv(np.linalg.cholesky(still + floor * np.eye(3)))
+        return float(np.sqrt(max(np.linalg.eigvalsh(factor @ spread @ factor.T)[0], 0.0)))
+
     def __getitem__(self, index: NDArray[Any]) -> Evidence:
         """Some of the markers."""
         parts: dict[str, Any] = {name: getattr(self, name)[index] for name in _OF_EACH}
         return replace(self, **parts)
 
 
-# Metres.
+# Metres: a marker that stands still may come out in the centre; nearer than this it is in the bone.
 NEAREST = 1e-3
+# Metres: residuals are never taken for smaller, a hundredth of a millimetre is below any camera's.
+LEAST_NOISE = 1e-5
 _OF_EACH = ("moments", "noise", "leverage", "skew", "still", "effective", "smooth")
 
 
+def root_mean_square(lengths: Array) -> float:
+    """Root mean square of lengths (N,)."""
+    return float(np.sqrt(np.mean(lengths**2)))
+
+
 def merged(a: Evidence, b: Evidence) -> Evidence:
-    """The evidence of two clips for the same joint and markers, both in one frame.
+    """The evidence of two clips together, for the same joint and markers, both in one frame.
 
     Noise adds up as the moments do that it is taken from: each clip's by its samples.
+
+    >>> from mocap_skel.spherefit import sphere_moments
+    >>> def seen(frames):
+    ...     markers = np.random.default_rng(frames).normal(size=(2, frames, 3))
+    ...     each, none = np.tile(np.eye(3), (2, 1, 1)), np.zeros(2)
+    ...     return Evidence(sphere_moments(markers), 0.001, each, 0 * each, np.zeros((2, 3)), each, none, none)
+    >>> merged(seen(100), seen(50)).count
+    array([150., 150.])
     """
     moments = merge_moments(a.moments, b.moments)
-    total = np.maximum(moments.count, 1.0)
-    first = np.where(moments.count > 0, a.count / total, 0.5)
-    parts = [(a, first), (b, 1.0 - first)]
-    counts = [float(e.count.sum()) for e in (a, b)]
-    square = sum(n * e.sigma**2 for n, e in zip(counts, (a, b), strict=True)) / max(
-        sum(counts), 1.0
+    first = np.where(moments.count > 0, a.count / np.maximum(moments.count, 1.0), 0.5)
+    shares = (first, 1.0 - first)
+    square = _common_square(a, b)
+    # In shares of the common level, which is one for all markers.
+    levels = tuple(
+        w * (e.sigma**2 / square if square > 0 else 1.0)
+        for e, w in zip((a, b), shares, strict=True)
     )
-    sigma = float(np.sqrt(square))
 
-    def mean(name: str, weights: list[Array]) -> Array:
+    def mean(name: str, weights: tuple[Array, ...]) -> Array:
         found = sum(
             _wide(w, getattr(e, name)) * getattr(e, name)
-            for w, (e, _) in zip(weights, parts, strict=True)
+            for w, e in zip(weights, (a, b), strict=True)
         )
         return np.asarray(found)
 
-    shares = [share for _, share in parts]
-    # In shares of the common level, which is one for all markers.
-    levels = [w * (e.sigma**2 / square if square > 0 else 1.0) for e, w in parts]
     skew = np.zeros_like(a.skew)
     for e, w in zip((a, b), levels, strict=True):
-        away = e.moments.mean - moments.mean
-        each = e.leverage
-        trace = np.trace(each, axis1=1, axis2=2)[:, None]
-        skew = skew + w[:, None] * (e.skew + trace * away + 2 * np.einsum("mij,mj->mi", each, away))
+        skew = skew + w[:, None] * _skew_about(e, moments.mean)
     return Evidence(
-        moments, sigma, mean("noise", levels), mean("leverage", levels), skew, mean("still", shares),
-        a.effective + b.effective, mean("smooth", shares), _both(a.shared, b.shared),
+        moments, float(np.sqrt(square)), mean("noise", levels), mean("leverage", levels), skew,
+        mean("still", shares), a.effective + b.effective, mean("smooth", shares),
+        _both(a.shared, b.shared),
     )  # fmt: skip
+
+
+def _common_square(a: Evidence, b: Evidence) -> float:
+    """The square of the common noise level, m²: each clip's by its samples."""
+    counts = [float(e.count.sum()) for e in (a, b)]
+    total = sum(n * e.sigma**2 for n, e in zip(counts, (a, b), strict=True))
+    return total / max(sum(counts), 1.0)
+
+
+def _skew_about(evidence: Evidence, middle: Array) -> Array:
+    """(M, 3): what the frame's noise adds to the third moment about other places than the markers' means."""
+    away = evidence.moments.mean - middle
+    each = evidence.leverage
+    trace = np.trace(each, axis1=1, axis2=2)[:, None]
+    return np.asarray(evidence.skew + trace * away + 2 * np.einsum("mij,mj->mi", each, away))
 
 
 def _wide(weights: Array, like: Array) -> Array:
@@ -100,7 +156,7 @@ def _wide(weights: Array, like: Array) -> Array:
 
 
 def _both(a: SharedPoint | None, b: SharedPoint | None) -> SharedPoint | None:
-    """Two shared points as one: what each knows adds up, skin's slide stays common to both."""
+    """Two clips' shared points as one: their information adds up, the variance that skin leaves is the mean."""
     found = [s for s in (a, b) if s is not None and s.residual > 0]
     if len(found) < 2:
         return found[0] if found else a or b
@@ -114,7 +170,7 @@ def _both(a: SharedPoint | None, b: SharedPoint | None) -> SharedPoint | None:
 
 
 def moved(evidence: Evidence, rotation: Array, shift: Array) -> Evidence:
-    """The same evidence in other coordinates, y = rotation x + shift."""
+    """The same evidence in other coordinates, y = rotation x + shift, for a (3, 3) and a (3,) in metres."""
     turn = rotation
     shared = evidence.shared
     if shared is not None:
@@ -133,7 +189,7 @@ def moved(evidence: Evidence, rotation: Array, shift: Array) -> Evidence:
 
 
 def placed(evidence: Evidence, places: list[int], count: int) -> Evidence:
-    """Its markers at those places among `count`; the others without a sample."""
+    """The same evidence with more markers: its own at these places among `count`, the others without a sample."""
 
     def spread(part: Array) -> Array:
         whole = np.zeros((count, *part.shape[1:]))
@@ -148,13 +204,17 @@ def placed(evidence: Evidence, places: list[int], count: int) -> Evidence:
 
 
 def information(evidence: Evidence, centre: Array) -> Array:
-    """(3, 3), m⁻²: what the evidence tells of a centre, Σ N_p C_p / (r_p σ_p)² (``method.md`` section 3)."""
+    """(3, 3), m⁻²: how much the evidence tells of a centre, Σ N_p C_p / (r_p σ_p)² (thesis 6.6).
+
+    Args:
+        evidence: of M markers.
+        centre: (3,), metres.
+    """
     m = evidence.moments
     away = m.mean - centre
-    # A marker that stands still may come out in the centre; nearer than this it is in the bone.
     square = np.maximum((away**2).sum(axis=1), NEAREST**2)
     values, axes = np.linalg.eigh(m.covariance - evidence.still)
     spread = np.einsum("pdk,pk,pek->pde", axes, np.maximum(values, 0.0), axes)
     # The residuals' size is the clip's skin and noise: what stands still spreads that much.
-    noise = np.maximum(np.trace(evidence.still, axis1=1, axis2=2) / 3, (1e-5) ** 2)
+    noise = np.maximum(np.trace(evidence.still, axis1=1, axis2=2) / 3, LEAST_NOISE**2)
     return np.asarray(np.einsum("p,pde->de", evidence.effective / (square * noise), spread))

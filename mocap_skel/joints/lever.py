@@ -1,4 +1,4 @@
-"""What noise of a segment's own markers does to points in its frame: origin, turns and the lever arm."""
+"""The noise of a segment's frame: what noise of its own markers does to points that are seen in it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _CROSS = np.array(
 
 @dataclass(frozen=True, eq=False)
 class Lever:
-    """What noise of the parent's markers does to a point in the parent's frame, for a σ of 1.
+    """The noise of the parent's frame, from the noise of its markers, for a σ of 1.
 
     The frame turns about its axes by independent small angles, and a point y moves by angle × y.
 
@@ -40,10 +40,14 @@ class Lever:
 
     @staticmethod
     def of(shape: Shape | None, noise: Array | None = None) -> Lever | None:
-        """None for a frame on one marker, whose noise the markers' places do not tell.
+        """The noise of a frame on a shape; None for one on one marker, whose noise its place does not tell.
 
         With Σ a marker's noise, n its displacement, t its place about the centroid and I = Σ |t|² - t tᵀ,
         a least-squares frame moves by the mean of n and turns by I⁻¹ Σ t × n: independent of each other.
+
+        Args:
+            shape: the points that the frame stands on.
+            noise: (3, 3) of a marker for a σ of 1; the unit matrix if None.
         """
         if shape is None:
             return None
@@ -60,17 +64,21 @@ class Lever:
         return Lever(noise / len(centred), turns, axes.T, np.einsum("kj,jil->kil", axes.T, _CROSS))
 
     def covariance(self, moments: Moments) -> Array:
-        """(M, 3, 3): Σ of the noise at the points' places, averaged over them."""
+        """(M, 3, 3): the noise that the frame gives to points of these moments (M,), averaged over them."""
         at = moments.mean[..., :, None] * moments.mean[..., None, :] + moments.covariance
         # u × y over all places y of the marker: [u]× E[y yᵀ] [u]×ᵀ
         each = self.cross @ at[:, None] @ self.cross.transpose(0, 2, 1)
         return np.asarray(np.einsum("k,mkij->mij", self.turns, each) + self.origin)
 
     def third_moment(self, moments: Moments, inside: Array) -> Array:
-        """(M, 3): what the noise adds to S because it grows with the distance from the frame.
+        """(M, 3), m: what the noise adds to the third moment, for it grows with the distance from the frame.
 
         With e the noise at y = ȳ + d, E[S] gains E[d |e|²] + 2 E[e (e·d)]. For a turn about u, |e|² is
         |u × y|² and e (e·d) is (u × y)((u × ȳ)·d). Noise that is the same everywhere adds nothing.
+
+        Args:
+            moments: (M,) of the points.
+            inside: (frames, M, 3), the points, NaN = missing.
         """
         deviation = inside - moments.mean
         deviation[np.isnan(deviation)] = 0.0

@@ -1,6 +1,6 @@
-"""Where anatomy puts a joint: landmarks, shifts along and across them, and the axis of a hinge.
+"""Where anatomy expects a joint: from landmarks, shifts along and across them, and the axis of a hinge.
 
-All in the coordinates of the joint's parent segment, and all from places and moments: no frame of the
+All is in the coordinates of the joint's parent segment, and comes from places and moments: no frame of the
 clip is looked at.
 """
 
@@ -13,30 +13,25 @@ import numpy as np
 
 from mocap_skel.figure.prior_tables import Prior, Shift
 from mocap_skel.figure.skeleton import Skeleton
+from mocap_skel.joints.hinge import inward
 from mocap_skel.segments.pose import Array
 from mocap_skel.spherefit import Moments
 
-# How sure the two conditions on a hinge's axis are, metres: it is square to the bone above, whose upper
-# joint is off by centimetres, and to the bone below, which leans by the carrying angle.
-BONE_ERROR = 0.02
-CARRYING_ERROR = 0.04
-# Sine of the bend from which the plane of the two bones tells the axis.
-LEAST_BEND = 0.15
-# Cosine between the bone above and the way inward from which that is no longer square to it.
-LEAST_SQUARE = 0.5
+# Cosine between the bone above and the way inward above which the two are not square to each other.
+MOST_ALONG = 0.5
 # Beyond such sizes a clip is in the wrong unit.
 SIZES = (0.1, 10.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Expected:
-    """A joint as anatomy has it, in the parent's coordinates.
+    """Where anatomy expects a joint and how sure that is, in the parent's coordinates.
 
     Attributes:
         mean: (3,), metres.
         covariance: (3, 3), m².
         landmarks: the markers that it rests on.
-        source: whose word it is.
+        source: the publication that the prior comes from, as the skeleton file names it.
     """
 
     mean: Array
@@ -47,12 +42,12 @@ class Expected:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What anatomy can be read from, in the parent's coordinates.
+    """The places that anatomy starts from, in the parent's coordinates. Metres.
 
     Attributes:
-        places: marker → (3,), those of the parent.
+        places: marker of the parent → (3,).
         upper: (3,), the parent's own joint towards its parent; None for the root.
-        lower: the moments of the mean of some of the child's markers, None where they are not seen together.
+        lower: markers of the child → the moments of their mean; None where they are not seen together.
         size: the subject's, 1 for a person of 1.75 m.
     """
 
@@ -63,11 +58,20 @@ class Surroundings:
 
 
 def subject_size(skeleton: Skeleton, distance: Callable[[str, str], float | None]) -> float:
-    """The subject's size, 1 for a person of 1.75 m: the median over the lengths that can be measured.
+    """How large the subject is, 1 for a person of 1.75 m: the median over the lengths that can be measured.
 
     Args:
         skeleton: its `sizes` say between which markers, and how long each is in that person.
         distance: metres between two markers, None where they are not seen together.
+
+    Returns:
+        1 where no length can be measured; never outside `SIZES`.
+
+    >>> from mocap_skel.figure.skeleton import read_skeleton
+    >>> human = read_skeleton("human")
+    >>> lengths = {(first, second): 0.9 * length for first, second, length in human.sizes}
+    >>> round(subject_size(human, lambda first, second: lengths[first, second]), 3)
+    0.9
     """
     ratios = [
         found / length
@@ -80,12 +84,21 @@ def subject_size(skeleton: Skeleton, distance: Callable[[str, str], float | None
 def expected_joint(
     priors: Sequence[Prior], landmarks: Mapping[str, Sequence[Sequence[str]]], around: Surroundings
 ) -> Expected | None:
-    """What the first prior says whose landmarks are all there; None where there is none.
+    """Where anatomy expects a joint, by the first prior whose landmarks are all there.
 
     Args:
         priors: of one joint, the best first.
-        landmarks: name → sets of markers whose mean it is, the first one that is there counts.
+        landmarks: name → sets of markers whose mean it is; the first set that is there counts.
         around: the parent and its markers.
+
+    Returns:
+        None where no prior has all its landmarks.
+
+    >>> between = Prior(("LKNE", "LKNI"), sd=0.01, source="Davis 1991")
+    >>> places = {"LKNE": np.array([0.0, 0.05, 0.0]), "LKNI": np.array([0.0, -0.05, 0.0])}
+    >>> knee = expected_joint([between], {}, Surroundings(places, None, lambda markers: None, size=1.0))
+    >>> knee.mean, knee.landmarks
+    (array([0., 0., 0.]), ('LKNE', 'LKNI'))
     """
     for prior in priors:
         found = _mean(prior, landmarks, around)
@@ -99,6 +112,7 @@ def expected_joint(
 def _mean(
     prior: Prior, landmarks: Mapping[str, Sequence[Sequence[str]]], around: Surroundings
 ) -> tuple[Array, tuple[str, ...]] | None:
+    """The place (3,) that a prior says, and the markers that it rests on; None if one is missing."""
     used: dict[str, None] = {}
 
     def place(name: str) -> Array | None:
@@ -128,6 +142,7 @@ def _mean(
 def _landmark_step(
     shift: Shift, place: Callable[[str], Array | None], around: Surroundings
 ) -> Array | None:
+    """A shift (3,) along a line of landmarks or across two; None if one is missing or has no direction."""
     ends = [place(name) for name in (*shift.line, *shift.across, *shift.of)]
     lines = []
     for a, b in zip(ends[::2], ends[1::2], strict=True):
@@ -145,6 +160,7 @@ def _landmark_step(
 def _hinge_step(
     shift: Shift, marker: Array, place: Callable[[str], Array | None], around: Surroundings
 ) -> Array | None:
+    """A shift (3,) inward from a marker beside a hinge; None if a bone's end is missing or all is in line."""
     lower, upper, aside = around.lower(shift.toward), around.upper, 0.0
     if upper is None:
         stand_ins = [place(name) for name in shift.upper]
@@ -159,70 +175,6 @@ def _hinge_step(
     # Inward is square to the bone but for the joint's depth; where marker, joints and bones are all in line,
     # nothing says which way it is.
     along = abs(float(direction @ (marker - upper)))
-    if not along < LEAST_SQUARE * np.linalg.norm(marker - upper):
+    if not along < MOST_ALONG * np.linalg.norm(marker - upper):
         return None
     return np.asarray(direction * shift.by * around.size)
-
-
-def hinge_shift(priors: Sequence[Prior]) -> tuple[str, Shift] | None:
-    """The marker of a joint that anatomy calls a hinge, and the shift from it; None for other joints."""
-    for prior in priors:
-        if len(prior.mean) == 1:
-            for shift in prior.shifts:
-                if shift.hinge:
-                    return prior.mean[0], shift
-    return None
-
-
-def inward(
-    above: Array,
-    below: Array,
-    shift: Shift,
-    size: float,
-    swing: Array | float = 0.0,
-    aside: float = 0.0,
-) -> Array:
-    """Direction from a marker beside a hinge joint to the joint, square to the bones on both sides.
-
-    With v the direction, the joint is at depth v from the marker; both bones are square to v, so that
-    v·above = aside - depth and v·below = depth - beside, for the latter in every frame of the motion. Their
-    weighted squares are a quadratic form in v, whose weakest direction is where the length of v = 1 has
-    to come from; which way, the sense of the bend tells (a knee bends backwards, an elbow forwards), and
-    a straight limb tells nothing but the line through its ends, which the marker is beside.
-
-    Args:
-        above: (..., 3) from the upper joint to the marker, metres.
-        below: (..., 3) from the marker to a place far down the lower bone; its mean where it moves.
-        shift: the joint's depth, the side, and how far that place is beside the bone.
-        size: the subject's.
-        swing: (..., 3, 3) covariance of that place, m².
-        aside: how far beside the bone the upper end is, 0 for a joint; metres in a person of 1.75 m.
-
-    Returns:
-        (..., 3), unit vectors; NaN where marker and joints are all in one place, or one is missing.
-    """
-    depth, beside = shift.by * size, shift.beside * size
-    known = np.asarray(np.isfinite(above + below).all(axis=-1))
-    d, s = (np.where(known[..., None], v, 0.0) for v in (above, below))
-    normal = shift.hinge * np.cross(d, s)
-    form = d[..., :, None] * d[..., None, :] / BONE_ERROR**2
-    form = form + (swing + s[..., :, None] * s[..., None, :]) / CARRYING_ERROR**2
-    right = (aside * size - depth) * d / BONE_ERROR**2 + (depth - beside) * s / CARRYING_ERROR**2
-    values, axes = np.linalg.eigh(form)
-    weakest = axes[..., :, 0]
-    weakest = (
-        weakest * np.where(np.einsum("...i,...i->...", normal, weakest) < 0, -1.0, 1.0)[..., None]
-    )
-    excess = np.maximum(values[..., 1:] - values[..., :1], 1e-12 * values[..., 2:])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        rest = np.einsum(
-            "...ik,...k->...i",
-            axes[..., :, 1:],
-            np.einsum("...ik,...i->...k", axes[..., :, 1:], right) / excess,
-        )
-        lengths = np.linalg.norm(d, axis=-1) * np.linalg.norm(s, axis=-1)
-        bend = (np.linalg.norm(normal, axis=-1) / lengths) ** 2
-        left = np.sqrt(np.maximum(1.0 - (rest * rest).sum(axis=-1), 0.0))
-        rest = rest + weakest * (left * bend / (bend + LEAST_BEND**2))[..., None]
-        found = rest / np.linalg.norm(rest, axis=-1, keepdims=True)
-    return np.asarray(np.where(known[..., None], found, np.nan))

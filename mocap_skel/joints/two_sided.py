@@ -1,4 +1,4 @@
-"""The centre of a joint whose segments both have a pose of their own: the symmetrical fit.
+"""The point that stays fixed in both segments of a joint, where both have a pose of their own.
 
 After Ehrig et al., J. Biomech. 39, 2798 (2006), "SCoRE": the point that is fixed in both segments. Where the
 sphere fit asks that each marker keeps its distance, this asks that one point of the child keeps its place in
@@ -26,7 +26,7 @@ class SharedPoint:
         centre: (3,).
         turns: (3, 3), I - R̄ R̄ᵀ with the mean R̄ of the child's rotations in the parent: how much the child
             turned about the axes across each direction; a hinge's own axis has none.
-        residual: variance of the child's point in the parent that is smooth in time, m².
+        residual: how far the point wanders in the parent, m²: the smooth part of its variance, mean over axes.
     """
 
     centre: Array
@@ -35,9 +35,22 @@ class SharedPoint:
 
 
 def shared_point(parent: Pose, child: Pose) -> SharedPoint | None:
-    """The shared point of two segments over the frames in which both are known; None for fewer than four.
+    """The point that is fixed in two segments, by least squares (Ehrig et al. 2006, "SCoRE").
 
     Along a direction in which the child never turned it is the one beside the child's own origin.
+
+    Args:
+        parent, child: the segments' poses in the same frames; frames without one of them are left out.
+
+    Returns:
+        The point in the parent's frame, metres; None where both are known in fewer than four frames.
+
+    >>> from mocap_skel.artificial.rotations import from_vector
+    >>> turn = from_vector(0.5 * np.random.default_rng(0).normal(size=(50, 3)))
+    >>> thigh = Pose(np.tile(np.eye(3), (50, 1, 1)), np.zeros((50, 3)))
+    >>> shank = Pose(turn, [0.1, 0.2, 0.4] - turn @ [0.0, 0.0, 0.3])
+    >>> shared_point(thigh, shank).centre.round(6)
+    array([0.1, 0.2, 0.4])
     """
     known = parent.known & child.known
     if known.sum() < 4:

@@ -1,16 +1,17 @@
-"""Association files: which label of a dataset is which standard marker (thesis 5.5.2)."""
+"""Association files: which label of a clip is which marker of which segment (thesis 5.5.2)."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from glob import escape
 from pathlib import Path
 
 from mocap_skel.clip import Clip
-from mocap_skel.errors import AssociationError, CallError, ClipError, SkeletonError
+from mocap_skel.errors import AssociationError, CallError, ClipError, SkeletonError, ours
 from mocap_skel.figure.skeleton import STANDARD, Skeleton, read_skeleton
 from mocap_skel.text import counted, listed, nearest, read_text
 
@@ -28,7 +29,14 @@ SHIPPED = next(
 
 @dataclass(frozen=True)
 class Rule:
-    """One line: a label of the dataset is a marker on a segment."""
+    """One line of an association file: this label is this marker, and it sits on this segment.
+
+    Attributes:
+        label: the label in the clip, with or without its subject.
+        marker: the standard name, or a name of its own.
+        segment: of the skeleton.
+        line: of the file, from 1.
+    """
 
     label: str
     marker: str
@@ -38,7 +46,17 @@ class Rule:
 
 @dataclass(frozen=True)
 class Association:
-    """A whole association file with the skeleton that it is for."""
+    """An association file that was read, with its skeleton.
+
+    Attributes:
+        path: of the file, for messages.
+        skeleton: the figure whose markers and segments it names.
+        rules: its lines, in their order.
+        ignored: shell patterns of the labels that it leaves out on purpose.
+
+    >>> read_association("right_leg").skeleton.joints
+    ('RightKnee', 'RightAnkle')
+    """
 
     path: str
     skeleton: Skeleton
@@ -48,7 +66,7 @@ class Association:
 
 @dataclass(frozen=True)
 class Assignment:
-    """The markers of one subject of a clip.
+    """Which column of a clip is which marker, for one subject.
 
     Attributes:
         subject: "" where labels have no prefix.
@@ -66,7 +84,7 @@ class Assignment:
     ignored: tuple[str, ...] = ()
 
     def mismatches(self, association: Association) -> list[str]:
-        """What the file and the clip do not have in common, in one sentence each."""
+        """Say which labels the clip or the association file does not have, one sentence for each of the two."""
         notes = []
         if self.absent:
             lines = [f"{r.label} (line {r.line}{self._offer(r.label)})" for r in self.absent]
@@ -84,18 +102,29 @@ class Assignment:
 
 
 def read_association(source: str | Path, skeleton: str | Path | None = None) -> Association:
-    """Read an association file, or a shipped one by its bare name (``cmu``).
+    """Read an association file: a path, or the name of a shipped one (``cmu``).
 
     Args:
-        source: path or bare name.
-        skeleton: a figure to use in place of the file's ``@skeleton`` or the standard human. Of the
-            file's own figure it may be a part: markers that it does not have are then ignored.
+        source: the path or the name.
+        skeleton: a figure to use in place of the file's ``@skeleton`` or the standard human. It may be a
+            part of the file's own figure: markers that it does not have are then ignored.
 
     Raises:
-        AssociationError: no such file, or a line that is wrong; names file, line and column.
-        SkeletonError: the skeleton file is wrong.
+        AssociationError: there is no such file, or a line is wrong; names file, line and column.
+        SkeletonError: there is no such skeleton file, or it is wrong.
+
+    >>> cmu = read_association("cmu")
+    >>> cmu.skeleton.name, len(cmu.rules)
+    ('human', 41)
+    >>> cmu.rules[0]
+    Rule(label='RFHD', marker='RFHD', segment='Head', line=5)
     """
     path = find_association(source)
+    with ours(path, AssociationError):
+        return _read(path, skeleton)
+
+
+def _read(path: Path, skeleton: str | Path | None) -> Association:
     lines = read_text(path, AssociationError).splitlines()
     own: str | Path = STANDARD
     rules: list[tuple[int, list[tuple[str, int]]]] = []
@@ -111,22 +140,20 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
                 raise AssociationError(
                     f"{path}:{number}:{words[0][1]}: only '@skeleton NAME' is known, not {line.strip()!r}"
                 )
-            own, named = _beside(path, words[1][0]), number
+            with ours(f"{path}:{number}", AssociationError):
+                own, named = _beside(path, words[1][0]), number
         elif first == "ignore" and len(words) == 2:
             ignored.append(words[1][0])
         else:
             rules.append((number, words))
-    try:
+    by_the_file = named is not None and skeleton is None
+    with ours(f"{path}:{named}", SkeletonError) if by_the_file else nullcontext():
         read = read_skeleton(skeleton or own)
-    except SkeletonError as error:
-        if named is None or skeleton is not None:
-            raise
-        raise SkeletonError(f"{path}:{named}: {error.message}", error.hint) from error
     if skeleton is not None:
         part, rest = _of_the_figure(rules, read, own)
         if rules and not part:
             raise AssociationError(
-                f"{path}: none of its markers is one of the skeleton {read.name!r}",
+                f"none of its markers is one of the skeleton {read.name!r}",
                 f"its markers: {listed(read.segment_of, 12)}",
             )
         rules, ignored = part, ignored + rest
@@ -136,7 +163,7 @@ def read_association(source: str | Path, skeleton: str | Path | None = None) -> 
 def _of_the_figure(
     rules: list[tuple[int, list[tuple[str, int]]]], figure: Skeleton, own: str | Path
 ) -> tuple[list[tuple[int, list[tuple[str, int]]]], list[str]]:
-    """The lines that a figure has a use for, and the labels of those that are of the file's own only."""
+    """The lines whose markers the figure has, and patterns for the labels that only the file's own figure has."""
     try:
         whole = read_skeleton(own)
     except SkeletonError:
@@ -158,24 +185,28 @@ def _of_the_figure(
 
 
 def find_association(source: str | Path) -> Path:
-    """The file of a path or of a shipped one's bare name.
+    """Find an association file by its path, or by the name of a shipped one.
 
     Raises:
-        AssociationError: there is none.
+        AssociationError: there is no such file, or it cannot be looked at; the hint names the shipped ones.
+
+    >>> find_association("cmu").name
+    'cmu.txt'
     """
-    path = Path(source)
-    if path.is_file():
-        return path
-    shipped = SHIPPED / f"{source}.txt"
-    if path.name == str(source) and shipped.is_file():
-        return shipped
-    known = sorted(p.stem for p in SHIPPED.glob("*.txt"))
-    hint = nearest(str(source), known) or f"shipped ones: {', '.join(known)}"
-    raise AssociationError(f"{source}: no such association file", hint)
+    with ours(source, AssociationError):
+        path = Path(source)
+        if path.is_file():
+            return path
+        shipped = SHIPPED / f"{source}.txt"
+        if path.name == str(source) and shipped.is_file():
+            return shipped
+        known = sorted(p.stem for p in SHIPPED.glob("*.txt"))
+        hint = nearest(str(source), known) or f"shipped ones: {', '.join(known)}"
+        raise AssociationError("no such association file", hint)
 
 
 def _beside(path: Path, name: str) -> str | Path:
-    """A skeleton named in a file is looked for beside that file first."""
+    """The path of a skeleton that lies beside the file that names it; its name if none lies there."""
     near = path.parent / name
     return near if near.is_file() else name
 
@@ -184,7 +215,7 @@ _WORD = re.compile(r'\s*(?:"([^"]*)"(?=\s|#|$)|([^\s"#]+(?=\s|#|$))|(#.*)|(\S))'
 
 
 def _words(line: str, where: str) -> Iterator[tuple[str, int]]:
-    """The words of a line with their columns (from 1); a comment ends it."""
+    """Split a line into words, each with its column from 1; a comment ends the line."""
     at = 0
     while at < len(line.rstrip()):
         found = _WORD.match(line, at)
@@ -208,6 +239,7 @@ def _words(line: str, where: str) -> Iterator[tuple[str, int]]:
 def _rules(
     lines: list[tuple[int, list[tuple[str, int]]]], skeleton: Skeleton, path: Path
 ) -> Iterator[Rule]:
+    """Turn lines, as their number and words, into rules; the first wrong one is an error."""
     segment_of = skeleton.segment_of
     segments = [s.name for s in skeleton.segments]
     by_label: dict[str, int] = {}
@@ -251,19 +283,27 @@ def _rules(
 def associate(
     clip: Clip, association: Association, subject: str | None = None
 ) -> tuple[Assignment, ...]:
-    """The subjects of a clip to which the association has something to say, in the clip's order.
+    """Find which column of a clip is which marker, for each subject that has a label in the file.
 
-    Labels match without their subject's prefix, by case; a rule whose label has the prefix matches
-    that subject only.
+    Labels match without their subject's prefix; capital and small letters are different. A rule whose
+    label has the prefix matches that subject only.
 
     Args:
         clip: the recording.
-        association: the file.
+        association: the file, from `read_association`.
         subject: this one only.
+
+    Returns:
+        One assignment for each subject, in the clip's order.
 
     Raises:
         CallError: the clip has no such subject.
         ClipError: no label of the clip is in the file.
+
+    >>> from mocap_skel import read_clip
+    >>> anna, ben = associate(read_clip("sample_data/two_dancers.c3d"), read_association("cmu"))
+    >>> ben.subject, ben.columns["LeftFoot"]
+    ('Ben', {'LHEE': 72, 'LTOE': 73, 'LMT5': 74})
     """
     check_subject(clip, subject)
     if not association.rules:
@@ -289,7 +329,7 @@ def associate(
 
 
 def check_subject(clip: Clip, subject: str | None) -> None:
-    """Refuse a subject that the clip does not have; None stands for all of them.
+    """Raise an error if the clip has no such subject; None stands for all subjects.
 
     Raises:
         CallError: there is no such subject.
@@ -303,6 +343,7 @@ def check_subject(clip: Clip, subject: str | None) -> None:
 
 
 def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
+    """The assignment of one subject; without columns if none of its labels is in the file."""
     own = {
         label: column
         for column, (label, whose) in enumerate(zip(clip.labels, clip.subjects, strict=True))
@@ -341,6 +382,6 @@ def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
 
 
 def _in_order(columns: dict[str, int], standard: tuple[str, ...]) -> dict[str, int]:
-    """Standard markers in the skeleton's order, then the others by name."""
+    """Sort markers: standard ones in the skeleton's order, then the others by name."""
     rank = {marker: i for i, marker in enumerate(standard)}
     return dict(sorted(columns.items(), key=lambda m: (rank.get(m[0], len(rank)), m[0])))

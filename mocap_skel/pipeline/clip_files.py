@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Container, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mocap_skel.errors import CallError, ClipError, FitError
-from mocap_skel.export import WRITERS, Rendered
 from mocap_skel.export.files import write_all
+from mocap_skel.export.registry import Source
 from mocap_skel.export.result_files import stem_of
-from mocap_skel.labels.association import Assignment
-from mocap_skel.pipeline.job import PAGE, Fitted, Job, fit_file, named
+from mocap_skel.pipeline.job import Job, fit_file, named
 from mocap_skel.skeleton_fit import SkeletonFit
 
 if TYPE_CHECKING:
@@ -115,15 +114,13 @@ def render(path: Path, job: Job) -> Done:
     folder = job.folder or Path()
     found = fit_file(path, job)
     notes = list(found.notes)
-    options = replace(job.options, clip=found.clip, path=path)
     files: dict[Path, str | bytes] = {}
     for assignment, fit in found.subjects:
         stem = stem_of(path, found.clip, fit)
-        for name in job.formats:
-            if name == PAGE:
-                rendered = _page(found, assignment, fit, job.command)
-            else:
-                rendered = WRITERS[name](fit, options)
+        decided = (*found.decided, *assignment.mismatches(found.association))
+        source = Source(found.clip, path, assignment, decided, job.command)
+        for chosen in job.formats:
+            rendered = chosen.render(fit, source)
             notes += [named(fit.subject, note) for note in rendered.notes]
             for suffix, content in rendered.files.items():
                 target = folder / f"{stem}{suffix}"
@@ -133,21 +130,11 @@ def render(path: Path, job: Job) -> Done:
     return Done(fits, files, tuple(dict.fromkeys(notes)), found.failed)
 
 
-def _page(found: Fitted, assignment: Assignment, fit: SkeletonFit, command: str) -> Rendered:
-    """The HTML page of one subject."""
-    from mocap_skel.report.html import Shown, page
-
-    decided = (*found.decided, *assignment.mismatches(found.association))
-    return Rendered({".report.html": page(Shown(found.clip, assignment, fit, decided, command))})
-
-
 def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:
     for target in done.files:
         _check_free(path, target, taken)
-        if job.inputs and target.resolve() in job.inputs:
-            raise CallError(f"{path}: {target} is itself a clip of this call", "use another -o")
     if job.folder is not None:
-        write_all(done.files, job.overwrite)
+        write_all(done.files, job.overwrite, job.inputs)
     return done
 
 

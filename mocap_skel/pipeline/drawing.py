@@ -67,7 +67,7 @@ def draw(path: Path, job: Job, wanted: Drawing) -> Drawn:
     """
     check_figures()
     target = _target(path, job, wanted)
-    check_free([target], wanted.overwrite)
+    check_free([target], wanted.overwrite, job.inputs)
     found = fit_file(path, job)
     actors = [Actor(fit, marker_tracks(found.clip, a, fit)) for a, fit in found.subjects]
     if wanted.plot == "pose":
@@ -83,7 +83,7 @@ def draw(path: Path, job: Job, wanted: Drawing) -> Drawn:
             )
         drawn, caption = OVER_TIME[wanted.plot](actors[0], path.name)
     content = picture(drawn, caption, target.suffix[1:].lower())
-    write_all({target: content}, wanted.overwrite)
+    write_all({target: content}, wanted.overwrite, job.inputs)
     return Drawn(target, found.notes, found.failed)
 
 

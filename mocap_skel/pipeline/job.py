@@ -9,18 +9,15 @@ import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
-from mocap_skel.export import Options
+from mocap_skel.export.registry import Chosen, choose
 from mocap_skel.figure.skeleton import shipped_with_root
 from mocap_skel.fit import fit_skeleton
 from mocap_skel.joints.calibration import Calibration
-from mocap_skel.joints.centre import BEST
+from mocap_skel.joints.choices import BEST
 from mocap_skel.labels.association import Assignment, Association, associate
 from mocap_skel.readers import read_clip
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
-
-# The one result that shows the clip itself beside the fit.
-PAGE = "html"
 
 
 @dataclass(frozen=True)
@@ -29,22 +26,21 @@ class Job:
 
     Attributes:
         association: the markers and the skeleton; None = guessed for each clip, from names and motion.
-        formats: names of `export.WRITERS`, or `PAGE`.
+        formats: the results, and what each format is told.
         folder: where the results go; None renders them only.
         overwrite: whether existing files may be replaced.
-        inputs: files that never are: the clips of the call.
+        inputs: files that never are: all that the call reads.
         subject: fit this one only.
         sigma: marker noise in metres, or three along the clip's axes; None = estimated.
         pose, method, noise, prior: as `fit_skeleton` takes them.
         calibration: what other clips of the actor know of the joints.
         unit, rate: in place of what the clip says.
         salvage: read what there is of a clip whose file is cut off.
-        options: what the writers are told.
         command: the call, as the page shows it.
     """
 
     association: Association | None
-    formats: tuple[str, ...] = ("csv",)
+    formats: tuple[Chosen, ...] = field(default_factory=choose)
     folder: Path | None = None
     overwrite: bool = False
     inputs: frozenset[Path] = frozenset()
@@ -58,7 +54,6 @@ class Job:
     unit: str | None = None
     rate: float | None = None
     salvage: bool = False
-    options: Options = field(default_factory=Options)
     command: str = ""
 
     @property

@@ -61,6 +61,7 @@ class Where:
         command: for the captions.
         progress: wraps what takes long.
         workers: processes; as many as cores if None.
+        inputs: files that are never replaced: all that the call reads.
     """
 
     folder: Path
@@ -69,12 +70,13 @@ class Where:
     command: str = ""
     progress: Progress = no_progress
     workers: int | None = None
+    inputs: frozenset[Path] = frozenset()
 
     def names(self, stem: str, csv: Sequence[str], png: Sequence[str]) -> dict[str, Path]:
         """Result files by suffix, after it has been seen that they can be written.
 
         Raises:
-            OutputError: one exists already.
+            OutputError: one exists already, or is an input.
             MissingExtraError: matplotlib is missing.
         """
         if self.figures:
@@ -84,7 +86,7 @@ class Where:
         suffixes = [f"{name}.csv" for name in csv]
         suffixes += [f"{name}.png" for name in png] if self.figures else []
         paths = {suffix: self.folder / f"{stem}.{suffix}" for suffix in suffixes}
-        check_free(list(paths.values()), self.overwrite)
+        check_free(paths.values(), self.overwrite, self.inputs)
         return paths
 
 
@@ -108,7 +110,7 @@ def _written(
     for suffix, path in names.items():
         stem, _, kind = suffix.rpartition(".")
         contents[path] = rows_csv(findings.tables[stem]) if kind == "csv" else figures[stem]()
-    write_all(contents, where.overwrite)
+    write_all(contents, where.overwrite, where.inputs)
     return replace(findings, files=list(contents))
 
 

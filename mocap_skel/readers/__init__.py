@@ -6,19 +6,12 @@ ground (`clip`, `errors`, `text`) only.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from mocap_skel.clip import Clip
-from mocap_skel.errors import ClipError
+from mocap_skel.errors import ClipError, ours
 from mocap_skel.readers.clean import clean
-from mocap_skel.readers.damage import checked
-from mocap_skel.readers.layout import relative_step
-from mocap_skel.readers.raw import RawClip
-from mocap_skel.readers.section import BLOCK
-from mocap_skel.readers.survey import Survey, survey
+from mocap_skel.readers.registry import read_raw
 
 __all__ = ["read_clip"]
 
@@ -26,126 +19,31 @@ __all__ = ["read_clip"]
 def read_clip(
     path: str | Path, *, unit: str | None = None, rate: float | None = None, salvage: bool = False
 ) -> Clip:
-    """Read a C3D file.
+    """Read a motion capture file: markers in metres, and what was decided about them.
+
+    The file's content decides which reader reads it, and its suffix where the content does not tell.
+    C3D is the format that is read.
 
     Args:
         path: the file.
         unit: the file's length unit (mm, cm, dm, m, in, ft), in place of what it says.
-        rate: frames a second, in place of what the file says.
+        rate: frames a second, 0.01 to 100,000, in place of what the file says.
         salvage: read the whole frames that a file holds which is cut off or damaged.
 
-    Raises:
-        ClipError: the file cannot be read, is cut off or damaged, or holds no marker.
-        CallError: `unit` is no length unit, or `rate` not above zero.
-    """
-    return clean(_read_raw(Path(path), salvage), unit, rate, salvage)
-
-
-def _read_raw(path: Path, salvage: bool) -> RawClip:
-    """Every check comes before native code runs, and a second reader stands behind the first."""
-    try:
-        found = survey(path)
-    except OSError as error:
-        raise ClipError(f"{path}: {error.strerror or error}") from error
-    except ClipError as error:
-        raise ClipError(f"{path}: {error.message}", error.hint) from error
-    if not found.layout.points:
-        raise ClipError(f"{path}: no points in it (points: 0, frames: {found.layout.declared})")
-    # ezc3d has no way to read them.
-    mips = ("MIPS numbers",) if found.section.machine == "MIPS" else ()
-    reasons = (*_cut_off(path, found, salvage), *mips, *found.doubts, *found.contradictions)
-    raw = _without_ezc3d(path, "; ".join(reasons)) if reasons else _with_ezc3d(path, found)
-    raw = checked(raw, found, salvage)
-    raw = replace(raw, notes=(*raw.notes, *found.remarks()))
-    if found.layout.tail < found.layout.stride + BLOCK:
-        return raw
-    note = f"the file goes on after the {found.layout.declared} frames that it says it has"
-    return replace(raw, notes=(*raw.notes, note))
-
-
-def _cut_off(path: Path, found: Survey, salvage: bool) -> tuple[str, ...]:
-    """What to say of a file that ends before the frames that it says it has.
+    Returns:
+        The clip: points (frames, markers, 3) in metres in the file's own axes, NaN where a marker is
+        missing; a sentence in its `notes` for each decision that is not plain.
 
     Raises:
-        ClipError: there is such a thing, and nobody asked for what is left.
+        ClipError: the file cannot be read, is cut off or damaged, or holds no marker; it names the file.
+        CallError: `unit` is no length unit, or `rate` out of its range.
+
+    >>> clip = read_clip("sample_data/nearly_still.c3d")
+    >>> clip.points.shape, clip.rate, clip.unit
+    ((300, 41, 3), 60.0, 'mm')
+    >>> clip.labels[:3]
+    ('LFHD', 'RFHD', 'LBHD')
     """
-    said, whole = found.layout.declared, found.layout.room
-    if whole >= said:
-        return ()
-    what = f"cut off: it says {said} frames and ends after {whole} whole ones"
-    if not salvage or not whole:
-        raise ClipError(f"{path}: {what}", "--salvage reads those" if whole else None)
-    return (f"{what}, which are read",)
-
-
-def _without_ezc3d(path: Path, why: str) -> RawClip:
-    """The second reader's clip."""
-    from mocap_skel.readers import with_c3d
-
-    try:
-        raw = with_c3d.read(path)
-    except ClipError as refusal:
-        raise ClipError(f"{path}: {why}; {refusal}") from refusal
-    return replace(raw, notes=(f"{why}; read with {raw.reader}", *raw.notes))
-
-
-def _with_ezc3d(path: Path, found: Survey) -> RawClip:
-    """The first reader's clip, or the second's where the first refuses, is short, or misreads."""
-    from mocap_skel.readers import with_ezc3d
-
-    try:
-        raw = with_ezc3d.read(path, found)
-    except ClipError as refusal:
-        return _without_ezc3d(path, str(refusal))
-    if raw.length > len(raw.points):
-        return _short(raw, path)
-    return raw if _agrees(raw, found) else _smoother(raw, path)
-
-
-def _short(raw: RawClip, path: Path) -> RawClip:
-    """The second reader's clip where it is longer than the first's."""
-    from mocap_skel.readers import with_c3d
-
-    try:
-        whole = with_c3d.read(path)
-    except ClipError as refusal:
-        lost = f"only {len(raw.points)} of the file's {raw.length} frames are read: {refusal}"
-        return replace(raw, notes=(*raw.notes, lost))
-    if len(whole.points) <= len(raw.points):
-        return raw
-    note = (
-        f"ezc3d reads {len(raw.points)} of its {len(whole.points)} frames; read with {whole.reader}"
-    )
-    return replace(whole, notes=(note, *whole.notes))
-
-
-def _agrees(raw: RawClip, found: Survey) -> bool:
-    """Whether a few frames are what stands in the file: ezc3d takes some files for others."""
-    count, points = raw.points.shape[:2]
-    if points != found.layout.points:
-        return False
-    for at in {0, count // 2, count - 1} if count else ():
-        with np.errstate(invalid="ignore"):
-            there = found.read(at, 1)[0, :, :3].astype(np.float64)
-        if found.layout.width == 2:
-            there = there * found.scale
-        seen = ~raw.invalid[at] & np.isfinite(there).all(axis=1)
-        # ezc3d calculates with 32 bits.
-        if not np.allclose(raw.points[at][seen], there[seen], rtol=1e-5, atol=0):
-            return False
-    return True
-
-
-def _smoother(raw: RawClip, path: Path) -> RawClip:
-    """Of two readers that do not agree, the one whose points move less from frame to frame."""
-    from mocap_skel.readers import with_c3d
-
-    try:
-        other = with_c3d.read(path)
-    except ClipError:
-        return raw
-    far, near = (relative_step(one.points[:-1], one.points[1:]) for one in (raw, other))
-    if far < near:
-        return raw
-    note = f"ezc3d takes it for something else: its points jump; read with {other.reader}"
-    return replace(other, notes=(note, *other.notes))
+    path = Path(path)
+    with ours(path, ClipError):
+        return clean(read_raw(path, salvage), str(path), unit, rate, salvage)

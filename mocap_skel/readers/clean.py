@@ -1,8 +1,6 @@
-"""From a raw C3D file to a `Clip`: every decision about what the file means."""
+"""From what a file says to a `Clip`: every decision about what it means."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +8,7 @@ from numpy.typing import NDArray
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers.markers import markers, names_and_subjects, told_apart
-from mocap_skel.readers.raw import FARTHEST, RawClip, texts
+from mocap_skel.readers.raw import FARTHEST, RawClip
 from mocap_skel.readers.units import SIGN_OF, scale
 from mocap_skel.text import listed
 
@@ -20,66 +18,69 @@ _ODD = 2
 _NEAR = 2
 
 
-def clean(raw: RawClip, unit: str | None, rate: float | None, salvage: bool = False) -> Clip:
-    """Decide what a raw file holds; every decision that is not plain becomes a note.
+def clean(
+    raw: RawClip, name: str, unit: str | None, rate: float | None, salvage: bool = False
+) -> Clip:
+    """Decide what a file holds; every decision that is not plain becomes a note.
 
     Args:
-        salvage: whether frames with such coordinates count as missing.
+        raw: what a reader took out of it.
+        name: the file's name.
+        unit: the length unit, in place of what the file says.
+        rate: frames a second, in place of what the file says.
+        salvage: frames with coordinates that cannot be count as missing.
 
     Raises:
-        ClipError: no points, no markers, no frame rate, or coordinates that cannot be.
+        ClipError: no points, no markers, no frame rate, or coordinates that cannot be; the message does not
+            name the file.
         CallError: `unit` is no unit, or `rate` not above zero.
     """
     frames, count = raw.points.shape[:2]
     if not frames or not count:
-        raise ClipError(f"{raw.path}: no points in it (points: {count}, frames: {frames})")
+        raise ClipError(f"no points in it (points: {count}, frames: {frames})")
     notes = list(raw.notes)
     names, subjects = names_and_subjects(raw)
     keep, left_out = markers(names, subjects, raw)
     for reason, out in left_out.items():
         notes.append(f"points that are no markers ({reason}): {len(out)}: {listed(out)}")
     if not len(keep):
-        raise ClipError(f"{raw.path}: no marker among its points, {count} of them")
+        raise ClipError(f"no marker among its points, {count} of them")
     subjects = [subjects[i] for i in keep]
     labels = told_apart([names[i] for i in keep], subjects, keep, notes)
     points = np.take(raw.points, keep, axis=1)
-    points[_missing(points, raw.invalid[:, keep], raw, salvage, notes)] = np.nan
+    points[_missing(points, raw, salvage, notes)] = np.nan
     if not np.isfinite(points).any():
-        raise ClipError(f"{raw.path}: every marker is missing in every frame")
+        raise ClipError("every marker is missing in every frame")
     metres = scale(points, unit, raw, notes)
     points *= metres
     return Clip(
-        name=raw.path,
+        name=name,
         points=points,
         labels=tuple(labels),
         subjects=tuple(subjects),
         rate=_rate(raw, rate),
         first_frame=raw.first_frame,
         unit=SIGN_OF[metres],
-        up=_up(raw.parameters["POINT"], notes),
+        up=_up(raw, notes),
         left_out=left_out,
         notes=tuple(notes),
     )
 
 
 def _missing(
-    points: NDArray[np.float64],
-    invalid: NDArray[np.bool_],
-    raw: RawClip,
-    salvage: bool,
-    notes: list[str],
+    points: NDArray[np.float64], raw: RawClip, salvage: bool, notes: list[str]
 ) -> NDArray[np.bool_]:
-    """(frames, markers): residual below zero, exactly (0, 0, 0), not a number, or nowhere on Earth.
+    """(frames, markers): no number, exactly (0, 0, 0), or farther off than anything on Earth.
 
     Raises:
         ClipError: what is nowhere is damage.
     """
     # One coordinate at a time: numpy is slow at reducing an axis of three.
     x, y, z = (points[..., axis] for axis in range(3))
-    zero = (x == 0) & (y == 0) & (z == 0) & ~invalid
+    zero = (x == 0) & (y == 0) & (z == 0)
     if zero.any():
         notes.append(f"samples at exactly (0, 0, 0) that count as missing: {int(zero.sum())}")
-    missing = invalid | zero | ~(np.isfinite(x) & np.isfinite(y) & np.isfinite(z))
+    missing = zero | ~(np.isfinite(x) & np.isfinite(y) & np.isfinite(z))
     far = ~missing & ((abs(x) > FARTHEST) | (abs(y) > FARTHEST) | (abs(z) > FARTHEST))
     if far.any():
         damaged = _damaged(points, far)
@@ -125,7 +126,7 @@ def _refused(
     what = f"damaged: coordinates such as {worst:.3g} in it, {where}"
     if not salvage or damaged.all():
         hint = None if damaged.all() else "--salvage reads the other frames"
-        raise ClipError(f"{raw.path}: {what}", hint)
+        raise ClipError(what, hint)
     notes.append(f"{what}, where every marker counts as missing")
     return damaged[:, None]
 
@@ -135,17 +136,17 @@ def _rate(raw: RawClip, rate: float | None) -> float:
         raise CallError(f"a frame rate is a number from 0.01 to 100000, not {rate:g}")
     found = raw.rate if rate is None else rate
     if not (np.isfinite(found) and found > 0):
-        raise ClipError(f"{raw.path}: no frame rate in it", "give it with --rate")
+        raise ClipError("no frame rate in it", "give it with --rate")
     return float(found)
 
 
-def _up(group: dict[str, Any], notes: list[str]) -> str:
-    """The vertical axis: the screen's Y in files that say so, otherwise z."""
-    said = next(iter(texts(group, "Y_SCREEN")), "")
+def _up(raw: RawClip, notes: list[str]) -> str:
+    """The vertical axis: what the file says, otherwise z."""
+    said = raw.up
     sign, axis = said[:-1], said[-1:].lower()
     known = axis in ("x", "y", "z") and sign in ("", "+", "-")
     up = axis if known else "z"
-    # Files that write -Z there hold heads above feet all the same.
+    # C3D files that write -Z there hold heads above feet all the same.
     if said and (not known or sign == "-"):
-        notes.append(f"POINT:Y_SCREEN is {said!r}: {up} is taken to point up")
+        notes.append(f"{raw.up_name} is {said!r}: {up} is taken to point up")
     return up

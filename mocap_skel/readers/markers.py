@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.readers.raw import RawClip, texts
+from mocap_skel.readers.raw import RawClip
 from mocap_skel.text import listed
 
-# Lists in the POINT group that name points which a model computed (Vicon), and that name all.
-_MODEL_LISTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "MODELED_MARKERS", "REACTIONS")
-_POINT_LISTS = ("LABELS", "DESCRIPTIONS")
 # No "Angle" on its own: the scapula's inferior angle is a place for a marker.
 _MODEL_NAME = re.compile(
     r"(Angles|(Ankle|Knee|Hip|Pelvis|Progression)Angle|Forces?|Moments?|Powers?|GRF)\d*$"
 )
-SKELETON_LIST, AXES_LIST = "JOINT_CENTRES", "SEGMENT_AXES"
-"""Lists in the POINT group with the points that `export.c3d_copy` added."""
 _BONE_ENDS = "OALP"
 _UNLABELLED = re.compile(r"\*\d+$")
 # Fewer points without a name show no figure.
@@ -30,8 +24,7 @@ _LEAST_OF_A_FIGURE = 3
 def names_and_subjects(raw: RawClip) -> tuple[list[str], list[str]]:
     """A name, "" where there is none, and a subject for every point, as the file has them."""
     count = raw.points.shape[1]
-    found = texts(raw.parameters["POINT"], "LABELS")[:count]
-    found += [""] * (count - len(found))
+    found = [*raw.labels[:count], *[""] * (count - len(raw.labels))]
     names, subjects = [], []
     for text in found:
         # What a terminal would obey, or nobody would see.
@@ -48,18 +41,17 @@ def markers(
     """Which points are markers, and the names of the others by the reason why not.
 
     Left out are `*12`, points in a list of model outputs or with the name of one, the bones of
-    Plug-in Gait, and what an earlier fit has written into the file. Where nothing has a name, three `*12` and more are markers.
+    Plug-in Gait, and what an earlier fit has written into the file. Where nothing has a name, three
+    `*12` and more are markers.
     """
-    modelled = _modelled(raw.parameters["POINT"])
-    earlier = {t for key in (SKELETON_LIST, AXES_LIST) for t in texts(raw.parameters["POINT"], key)}
     bones = _bones(names, subjects, raw.points)
     keep: list[int] = []
     out: dict[str, list[str]] = defaultdict(list)
     for i, (name, subject) in enumerate(zip(names, subjects, strict=True)):
-        by_list = name in modelled or f"{subject}:{name}" in modelled
+        by_list = name in raw.computed or f"{subject}:{name}" in raw.computed
         if _UNLABELLED.match(name):
             out["unlabelled"].append(name)
-        elif (f"{subject}:{name}" if subject else name) in earlier:
+        elif (f"{subject}:{name}" if subject else name) in raw.earlier:
             out["joint centres of an earlier fit"].append(name)
         elif by_list or i in bones or _MODEL_NAME.search(name):
             out["model output"].append(name)
@@ -105,15 +97,6 @@ def told_apart(
         which = listed(dict.fromkeys(doubled))
         notes.append(f"labels that stand more than once are told apart as NAME_2, …: {which}")
     return labels
-
-
-def _modelled(group: dict[str, Any]) -> set[str]:
-    """All that the file's lists of model outputs name; TYPE_GROUPS lists the lists."""
-    found: set[str] = set()
-    for title in {*_MODEL_LISTS, *texts(group, "TYPE_GROUPS")[::2]}:
-        if not title.startswith(_POINT_LISTS):
-            found.update(texts(group, title))
-    return found - {""}
 
 
 def _bones(names: list[str], subjects: list[str], points: NDArray[np.float64]) -> set[int]:

@@ -1,9 +1,8 @@
-"""What any C3D library gives, before anything is decided about it."""
+"""What a reader takes out of a file, before anything is decided about it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,55 +13,29 @@ FARTHEST = 1e7
 
 @dataclass(frozen=True, eq=False)
 class RawClip:
-    """A C3D file as it stands.
+    """A file's points and what it says of them. A new format's reader fills in what its files have.
 
     Attributes:
-        path: the file.
-        points: (frames, points, 3), float64, the file's unit, NaN where `invalid`.
-        invalid: (frames, points), residual below zero.
-        rate: frames a second as the file has it, 0 where it has none.
+        points: (frames, points, 3), float64, the file's unit and axes, NaN = missing.
+        labels: one a point, as the file has them, a subject's name and a colon in front where there are
+            several ("Ann:LFHD"); "" where a point has none, and fewer than points where the file has fewer.
+        rate: frames a second, 0 where the file does not say.
+        unit: the file's word for its length unit, "" where it does not say.
+        up: the file's word for its vertical axis ("z", "+Y"), "" where it does not say.
+        up_name: what the file calls that, for messages.
         first_frame: the file's own number of the first frame.
-        length: frames that the file holds; more than there are in `points` if the library came back short.
-        parameters: the POINT and TRIAL groups: NAME → value (numpy array, or list of text).
-        reader: what read it.
+        computed: labels of points that a model computed, by the file's own lists; with or without subject.
+        earlier: labels of points that an earlier fit of this program added.
         notes: what was decided while reading, one sentence each.
     """
 
-    path: str
     points: NDArray[np.float64]
-    invalid: NDArray[np.bool_]
-    rate: float
-    first_frame: int
-    length: int
-    parameters: dict[str, dict[str, Any]]
-    reader: str = "ezc3d"
+    labels: tuple[str, ...]
+    rate: float = 0.0
+    unit: str = ""
+    up: str = ""
+    up_name: str = "the vertical axis"
+    first_frame: int = 1
+    computed: frozenset[str] = frozenset()
+    earlier: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
-
-
-def number(value: Any) -> float:
-    """The first number of a parameter's value; 0 without one, or where it is not finite."""
-    values = np.atleast_1d(value if value is not None else []).ravel()
-    if not len(values) or values.dtype.kind not in "iuf" or not np.isfinite(values[0]):
-        return 0.0
-    return float(values[0])
-
-
-def decoded(text: bytes) -> str:
-    """A text of the file: UTF-8, or Latin-1 where it cannot be that; padding taken off."""
-    try:
-        found = text.decode("utf-8")
-    except UnicodeDecodeError:
-        found = text.decode("latin-1")
-    return found.replace("\0", "").strip()
-
-
-def texts(group: dict[str, Any], name: str) -> list[str]:
-    """A list of texts with its continuations, NAME2, NAME3 and so on: one holds up to 255."""
-    found: list[str] = []
-    part, key = 1, name
-    while key in group:
-        value = group[key]
-        found += [str(text).strip() for text in value] if isinstance(value, list) else []
-        part += 1
-        key = f"{name}{part}"
-    return found

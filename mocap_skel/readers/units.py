@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.errors import CallError
-from mocap_skel.readers.raw import RawClip, texts
+from mocap_skel.readers.raw import RawClip
 
 # Metres in a unit, by its signs and by its names, of which a file may have the beginning ("mete").
 _SIGNS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "in": 0.0254, "ft": 0.3048}
@@ -25,7 +25,11 @@ SIGN_OF = {metres: sign for sign, metres in _SIGNS.items()}
 
 
 def metres_in(unit: str) -> float | None:
-    """Metres in a unit ("mm", "MM", "[m]", "Meters", "mete"); None for what is no unit."""
+    """Metres in a unit, in any spelling that files have; None for what is no unit.
+
+    >>> metres_in("mm"), metres_in("[MM]"), metres_in("mete"), metres_in("furlong")
+    (0.001, 0.001, 1.0, None)
+    """
     name = unit.strip(" \0\t[]().").lower()
     if name in _SIGNS:
         return _SIGNS[name]
@@ -39,13 +43,13 @@ def scale(points: NDArray[np.float64], unit: str | None, raw: RawClip, notes: li
     Args:
         points: (frames, markers, 3) in the file's unit, NaN = missing.
         unit: in place of what the file says.
-        raw: the file.
+        raw: the clip as the file has it.
         notes: takes a sentence where the unit is not plain.
 
     Raises:
         CallError: `unit` is no length unit.
     """
-    said = next(iter(texts(raw.parameters["POINT"], "UNITS")), "") if unit is None else unit
+    said = raw.unit if unit is None else unit
     stated = metres_in(said)
     if unit is not None and stated is None:
         raise CallError(f"{unit!r} is no length unit", "use mm, cm, dm, m, in or ft")

@@ -11,7 +11,12 @@ _HEAD = ("marker", "label", "segment", "residual mm", "out of place", "first", "
 
 
 def check_table(check: AssociationCheck, clip: str) -> str:
-    """One line a marker, then what there is to do."""
+    """One line a marker, then a line with what is wrong and what to do.
+
+    Args:
+        check: of one subject.
+        clip: what the last line calls the clip.
+    """
     subject = check.markers[0].subject if check.markers else ""
     head = f"{clip}{' ' if subject else ''}{subject}"
     rows = [_cells(one) for one in check.markers]
@@ -19,7 +24,7 @@ def check_table(check: AssociationCheck, clip: str) -> str:
 
 
 def check_row(one: MarkerCheck, clip: str) -> dict[str, object]:
-    """One marker; lengths in metres, None where nothing is known."""
+    """One marker as a row for JSON: lengths in metres, shares from 0 to 1, None = there is no value."""
     return {
         "clip": clip,
         "subject": one.subject,

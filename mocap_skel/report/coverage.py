@@ -1,4 +1,4 @@
-"""Where a joint's markers have been about its centre: the part of each sphere that the movement shows."""
+"""A map of where a joint's markers have been around its centre: the part of the sphere that was covered."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ COLOURS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#66CCEE", "#AA3377", "#B
 
 
 def coverage_map(about: Radial) -> str:
-    """The directions from the joint's centre to its markers, in the parent's frame, as SVG.
+    """The directions from a joint's centre to its markers, in the parent's frame, as the text of an SVG.
 
     An equal-area map (Lambert's azimuthal) of the whole sphere about the markers' mean direction,
     turned so that most of the movement runs from left to right. Each marker has a colour; the circle is
@@ -37,7 +37,7 @@ def coverage_map(about: Radial) -> str:
 
 
 def flattened(directions: Array) -> Array:
-    """Unit vectors (frames, M, 3) on the map, (frames, M, 2), in a disc of radius `RADIUS`."""
+    """Places on the map: unit vectors (frames, M, 3) → (frames, M, 2), in a disc of radius `RADIUS`."""
     rows = directions.reshape(-1, 3)
     rows = rows[np.isfinite(rows[:, 0])]
     mean = rows.sum(axis=0)
@@ -57,7 +57,7 @@ def flattened(directions: Array) -> Array:
 
 
 def _cells(flat: Array) -> str:
-    """The cells in which points (frames, 2) lie, as the path of their squares, row by row."""
+    """The cells of the map that hold one of the points (frames, 2), as an SVG path of squares."""
     known = flat[np.isfinite(flat[:, 0])]
     cells: NDArray[np.int64] = np.unique(np.floor(known / CELL).astype(np.int64)[:, ::-1], axis=0)
     path = []

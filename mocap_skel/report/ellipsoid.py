@@ -1,10 +1,10 @@
-"""How well a joint's centre is known, as the ellipsoid that pictures draw about it."""
+"""The error of a joint's centre as an ellipsoid, which the page and the pictures draw."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.segments.pose import Array
 
 # Standard errors that a semi-axis is long.
@@ -12,9 +12,11 @@ ERRORS = 2.0
 
 
 def ellipsoid(joint: JointFit) -> tuple[Array, Array] | None:
-    """The axes (3, 3), columns, right-handed, in the parent's frame, and the semi-axes (3,) in metres.
+    """The ellipsoid of two standard errors around a joint's centre.
 
-    None where the joint was not fitted or nothing is known of its errors.
+    Returns:
+        Its axes (3, 3) as columns, right-handed, in the parent's frame, and its semi-axes (3,) in metres. None
+        for a joint that was not fitted, or whose error is not known.
     """
     if not joint.fitted or not np.isfinite(joint.covariance).all():
         return None

@@ -1,4 +1,4 @@
-"""What every figure shares: colours, size, caption, file formats. Needs matplotlib, the extra `plot`."""
+"""What all pictures share: colours, size, caption, kinds of files. Needs matplotlib, the extra `plot`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _METADATA = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"Creation
 
 
 def figure(width: float = 9.0, height: float = 6.0) -> Any:
-    """An empty figure of a size in inches, laid out by itself.
+    """An empty figure of a size in inches; matplotlib finds the place of each part.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -33,12 +33,19 @@ def figure(width: float = 9.0, height: float = 6.0) -> Any:
 
 
 def png(drawn: Any, caption: str) -> bytes:
-    """A figure as PNG with a caption under it: what was measured, the seed, the command."""
+    """The bytes of a PNG of a figure, with a caption below it."""
     return picture(drawn, caption, "png", 120)
 
 
 def picture(drawn: Any, caption: str, kind: str, dpi: int = 200) -> bytes:
-    """A figure as a file of one of `KINDS`, with a caption under it; dpi is of PNG."""
+    """The bytes of a picture of a figure, with a caption below it.
+
+    Args:
+        drawn: the figure.
+        caption: what the picture shows, how it was measured, the command.
+        kind: one of `KINDS`.
+        dpi: pixels an inch, for PNG.
+    """
     width = int(13 * drawn.get_size_inches()[0])
     drawn.supxlabel(
         "\n".join(textwrap.wrap(plain(caption), width)), fontsize=8, color="0.3", ha="left", x=0.01
@@ -53,12 +60,12 @@ def picture(drawn: Any, caption: str, kind: str, dpi: int = 200) -> bytes:
 
 
 def plain(text: str) -> str:
-    """A text from a file, in which dollars are dollars and no formula."""
+    """A text from a file, so that matplotlib reads no formula between its dollar signs."""
     return text.replace("$", r"\$")
 
 
 def check_figures() -> None:
-    """Refuse before any work is done.
+    """Check that pictures can be drawn, before any work is done.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

@@ -20,28 +20,27 @@ from string import Template
 import numpy as np
 
 from mocap_skel.clip import Clip
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.export.registry import Chosen, Format, Options, Rendered, Source
+from mocap_skel.joints.joint_fit import JointFit
+from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
 from mocap_skel.report.coverage import COLOURS, coverage_map
 from mocap_skel.report.ellipsoid import ERRORS
+from mocap_skel.report.looks import LOOKS, style_of_verdicts
 from mocap_skel.report.scene import LARGEST, Scene, scene
 from mocap_skel.report.terminal import JOINT_HEAD, joint_cells
 from mocap_skel.results.series import marker_tracks, radial
+from mocap_skel.results.tables import joint_rows
 from mocap_skel.results.verdict import verdict
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import counted
 from mocap_skel.version import __version__
 
-TRUST = {
-    "yes": ("●", "shown by the movement"),
-    "weak": ("◆", "shown in part, anatomy has its share"),
-    "no": ("○", "not shown by the movement: anatomy's, or place holders"),
-    "none": ("–", "not fitted"),
-}
+_SUFFIX = ".report.html"
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class PageContent:
     """What a page is made of.
 
     Attributes:
@@ -59,11 +58,11 @@ class Shown:
     command: str
 
 
-def page(shown: Shown) -> str:
-    """The whole page."""
-    fit = shown.fit
-    made = scene(shown.clip, shown.assignment, fit)
-    style, script = _asset("style.css"), _asset("viewer.bundle.js")
+def page(content: PageContent) -> str:
+    """The text of the whole page, one HTML file that loads nothing."""
+    fit = content.fit
+    made = scene(content.clip, content.assignment, fit)
+    style, script = style_of_verdicts() + _asset("style.css"), _asset("viewer.bundle.js")
     who = f" · {fit.subject}" if fit.subject else ""
     return Template(_asset("template.html")).substitute(
         policy=(
@@ -74,11 +73,12 @@ def page(shown: Shown) -> str:
         script=script,
         title=text(Path(fit.clip).name + who),
         verdict=_verdict(fit),
-        trust="".join(_trust(fit.joints)),
+        counts="".join(_counts(fit.joints)),
+        **{shown: f'<span class="{shown}">{_sign(shown)}{shown}</span>' for shown in VERDICTS},
         table=_table(fit.joints),
-        coverage="".join(_coverage(shown)),
-        notes=_list((*shown.decided, *fit.notes)),
-        facts=_facts(shown, made),
+        coverage="".join(_coverage(content)),
+        notes=_list((*content.decided, *fit.notes)),
+        facts=_facts(content, made),
         version=text(__version__),
         deviations=f"{ERRORS:g}",
         largest=f"{100 * LARGEST:g} cm",
@@ -88,10 +88,13 @@ def page(shown: Shown) -> str:
 
 
 def text(value: object) -> str:
-    """Anything as HTML text or attribute; what has no place in either is shown as �.
+    """Any value as text that is safe in HTML, between tags or in an attribute.
 
     Control characters, halves of surrogate pairs and the marks that turn the direction of writing round
-    could make a label look like what it is not.
+    could make a label look like what it is not: each of them becomes �.
+
+    >>> text("<b> & \u202e")
+    '&lt;b&gt; &amp; �'
     """
     return escape("".join(_plain(c) for c in str(value)))
 
@@ -101,7 +104,7 @@ def _plain(c: str) -> str:
 
 
 def _json(value: object) -> str:
-    """JSON that no HTML parser takes for anything else: ASCII without < > &."""
+    """JSON in ASCII without < > &, so that an HTML parser finds no tag in it."""
     dumped = json.dumps(value, allow_nan=False, separators=(",", ":"))
     return dumped.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -115,55 +118,59 @@ def _hash(inline: str) -> str:
 
 
 def _verdict(fit: SkeletonFit) -> str:
-    """The first line of the page, in plain words."""
-    return "<br>".join(text(sentence) for sentence in verdict(fit))
+    """The sentences at the top of the page: which joints to trust, what to film."""
+    return "<br>".join(text(sentence) for sentence in verdict(fit, joint_rows(fit)))
 
 
-def _of(joint: JointFit) -> str:
+def _shown(joint: JointFit) -> str:
+    """The key of `LOOKS`."""
     return joint.shown if joint.fitted else "none"
 
 
-def _trust(joints: Sequence[JointFit]) -> Iterable[str]:
-    """The joints by verdict, the names of each as one line."""
-    for known, (sign, meaning) in TRUST.items():
-        names = [joint.joint for joint in joints if _of(joint) == known]
+def _sign(shown: str) -> str:
+    return f'<span class="sign">{LOOKS[shown].sign}</span>'
+
+
+def _counts(joints: Sequence[JointFit]) -> Iterable[str]:
+    """One item for yes, weak, no and not fitted: how many joints, what it means, their names."""
+    for shown, look in LOOKS.items():
+        names = [joint.joint for joint in joints if _shown(joint) == shown]
         if names:
-            word = "" if known == "none" else f"{known}: "
+            word = "" if shown == "none" else f"{shown}: "
             yield (
-                f'<li class="{known}"><span class="sign">{sign}</span><b>{word}{len(names)}</b> '
-                f"{text(meaning)}<br><small>{text(', '.join(names))}</small></li>"
+                f'<li class="{shown}">{_sign(shown)}<b>{word}{len(names)}</b> '
+                f"{text(look.meaning)}<br><small>{text(', '.join(names))}</small></li>"
             )
 
 
 def _table(joints: Sequence[JointFit]) -> str:
-    """The joint table of the terminal; each row picks its joint in the viewer."""
+    """The joint table of the terminal with all columns; each row picks its joint in the viewer."""
     head = "".join(f'<th scope="col">{text(name)}</th>' for name in JOINT_HEAD)
     rows = []
     for i, joint in enumerate(joints):
-        name, known, *cells = joint_cells(joint)
-        verdict = _of(joint)
+        name, word, *cells = joint_cells(joint)
+        shown = _shown(joint)
         rows.append(
-            f'<tr class="{verdict}" data-joint="{i}"><th scope="row"><button>{text(name)}</button></th>'
-            f'<td><span class="sign">{TRUST[verdict][0]}</span>{text(known if joint.fitted else "not fitted")}</td>'
+            f'<tr class="{shown}" data-joint="{i}"><th scope="row"><button>{text(name)}</button></th>'
+            f"<td>{_sign(shown)}{text(word if joint.fitted else 'not fitted')}</td>"
             + "".join(f"<td>{text(cell)}</td>" for cell in cells)
             + "</tr>"
         )
     return f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
 
 
-def _coverage(shown: Shown) -> Iterable[str]:
-    fit = shown.fit
+def _coverage(content: PageContent) -> Iterable[str]:
+    fit = content.fit
     places = {joint.joint: i for i, joint in enumerate(fit.joints)}
-    for about in radial(fit, marker_tracks(shown.clip, shown.assignment, fit)):
+    for about in radial(fit, marker_tracks(content.clip, content.assignment, fit)):
         joint, picture = about.joint, coverage_map(about)
-        sign, _ = TRUST[joint.shown]
         key = ", ".join(
             f'<span class="m{m % len(COLOURS)}">{text(name)}</span>'
             for m, name in enumerate(joint.markers)
         )
         yield (
             f'<figure data-joint="{places[joint.joint]}">{picture}<figcaption><b>{text(joint.joint)}</b> '
-            f'<span class="{joint.shown}"><span class="sign">{sign}</span>{joint.shown}</span>'
+            f'<span class="{joint.shown}">{_sign(joint.shown)}{joint.shown}</span>'
             f"<br>θ {np.degrees(joint.angle):.0f}° · {key}</figcaption></figure>"
         )
 
@@ -173,9 +180,9 @@ def _list(sentences: Iterable[str]) -> str:
     return f"<ul>{items}</ul>" if items else "<p>Nothing out of the ordinary.</p>"
 
 
-def _facts(shown: Shown, made: Scene) -> str:
-    clip, fit = shown.clip, shown.fit
-    columns = [c for of in shown.assignment.columns.values() for c in of.values()]
+def _facts(content: PageContent, made: Scene) -> str:
+    clip, fit = content.clip, content.fit
+    columns = [c for of in content.assignment.columns.values() for c in of.values()]
     missing = float(clip.missing()[columns].mean()) if columns else 0.0
     last = clip.first_frame + clip.frames - 1
     left = sum(len(one.frames) for one in fit.left_out)
@@ -194,9 +201,30 @@ def _facts(shown: Shown, made: Scene) -> str:
         "marker noise": f"{1e3 * fit.sigma:.2f} mm",
         "on this page": f"positions rounded to {1e3 * made.step:g} mm"
         + (f", one of {made.every} frames" if made.every > 1 else ", every frame"),
-        "command": shown.command,
+        "command": content.command,
         "made by": f"mocap-skel {__version__}",
     }
     return "".join(
         f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in facts.items() if value
     )
+
+
+def _write(fit: SkeletonFit, options: Options, source: Source) -> Rendered:
+    del options
+    assert source.assignment is not None, "the page shows the markers of a call that knows them"
+    content = PageContent(source.clip, source.assignment, fit, source.decided, source.command)
+    return Rendered({_SUFFIX: page(content)})
+
+
+# A result like any other, but of a command of its own: `fit --format` does not offer it.
+PAGE = Chosen(
+    Format(
+        "html",
+        (_SUFFIX,),
+        Options,
+        f"walk{_SUFFIX}",
+        "a page rounds positions, and leaves out frames of a long clip",
+        _write,
+    ),
+    Options(),
+)

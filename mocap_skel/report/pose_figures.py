@@ -1,4 +1,4 @@
-"""The skeleton in one frame or a few: thesis figure 25, with what is known of every joint."""
+"""The skeleton in one frame or several (thesis figure 25), with verdict and error of every joint."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from typing import Any
 import numpy as np
 
 from mocap_skel.clip import AXES
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.report.ellipsoid import ERRORS, ellipsoid
 from mocap_skel.report.figures import figure, plain
+from mocap_skel.report.looks import LOOKS
 from mocap_skel.report.view import View, view_of
 from mocap_skel.results.series import Tracks, side
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
 
-# Verdict → colour (Okabe & Ito) and shape, so that none needs the colour alone.
-VERDICT_LOOK = {"yes": ("#0072B2", "o"), "weak": ("#E69F00", "D"), "no": ("#D55E00", "s")}
 BONE_GREYS = {"right": "0.15", "left": "0.55", "": "0.35"}
 MARKER_COLOUR = "#009E73"
 # Semi-axes longer than this share of the figure's size hide it: they are cut, and it is said.
@@ -30,13 +29,13 @@ _NICE = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 @dataclass(frozen=True, eq=False)
 class Actor:
-    """A subject to draw: its fit, and its markers as `marker_tracks` gives them."""
+    """A subject to draw: its fit and its `marker_tracks`."""
 
     fit: SkeletonFit
     markers: Tracks
 
     def points(self, frame: int) -> Array:
-        """(n, 3) all that is seen of it in a frame."""
+        """(n, 3) all points of it that are seen in a frame: joints, ends, markers."""
         tracks = [track for _, track in self.fit.tracks()]
         tracks += [track for own in self.markers.values() for track in own.values()]
         points = np.array([track[frame] for track in tracks])
@@ -57,7 +56,7 @@ class _Scene:
 def pose_figure(
     actors: Sequence[Actor], frames: Sequence[int], view: str, title: str
 ) -> tuple[Any, str]:
-    """The figures in some frames, a panel each, and what the caption has to say.
+    """Draw the figures in some frames, each frame in a panel of its own.
 
     Bones go from joint to joint and from a leaf's joint to its end point, with thin lines to its markers.
     All panels have one scale and one view.
@@ -66,7 +65,10 @@ def pose_figure(
         actors: the subjects, all in one lab.
         frames: counted from 0, one or more.
         view: one of `view.VIEWS`.
-        title: above all.
+        title: above all panels.
+
+    Returns:
+        The matplotlib figure, and what its caption has to say.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -116,12 +118,12 @@ def pose_figure(
 
 
 def _columns(count: int, half: Array) -> int:
-    """Panels in a row, (2,) half their sides, so that the page is somewhat wider than high."""
+    """How many panels stand in a row, so that the page is a little wider than high; half = (2,) half a panel."""
     return int(np.clip(np.ceil(np.sqrt(1.3 * count * half[1] / half[0])), 1, min(count, 8)))
 
 
 def _panels(count: int, columns: int, half: Array) -> tuple[Any, list[Any]]:
-    """A page for panels of one shape, (2,) half its sides, no larger than a journal's."""
+    """A page, no larger than a journal's, and its panels of one shape; half = (2,) half a panel."""
     rows = -(-count // columns)
     shape = half[0] / half[1]
     height = min(6.3 if count == 1 else 3.4, 7.5 / rows + 1.5)
@@ -136,14 +138,14 @@ def _panels(count: int, columns: int, half: Array) -> tuple[Any, list[Any]]:
 
 
 def _half_extent(seen: Sequence[Array], scene: _Scene) -> Array:
-    """(2,) half the sides of a panel that holds the figures of every frame."""
+    """(2,) half the width and height of a panel that has room for the figures of every frame."""
     sizes = [np.ptp(_outline(points, scene), axis=0) for points in seen if len(points)]
     largest = np.max(sizes, axis=0) if sizes else np.ones(2)
     return np.asarray(0.5 * largest + scene.cap + 0.02 * largest.max())
 
 
 def _outline(points: Array, scene: _Scene) -> Array:
-    """The points in the picture, and their shadows on the floor where that is not far."""
+    """The points in the picture, and their places on the floor below them."""
     return np.vstack([scene.view.project(points), scene.view.project(_on(points, scene))])
 
 
@@ -161,7 +163,10 @@ def _on(points: Array, scene: _Scene) -> Array:
 
 
 def _floor(actors: Sequence[Actor]) -> tuple[float, bool]:
-    """The floor's height, and whether it is the lab's zero: it is where the lowest marker comes near it."""
+    """The height of the floor, and whether that is the lab's zero.
+
+    It is the lab's zero if the lowest marker comes near it, else the height of that marker.
+    """
     up = AXES.index(actors[0].fit.up)
     heights = [t[:, up] for actor in actors for own in actor.markers.values() for t in own.values()]
     lowest = float(np.nanmin(np.stack(heights)))
@@ -170,7 +175,7 @@ def _floor(actors: Sequence[Actor]) -> tuple[float, bool]:
 
 
 def _nice(length: float) -> float:
-    """The round length that is nearest."""
+    """The nearest of the lengths that are easy to read."""
     return min(_NICE, key=lambda nice: abs(np.log(nice / length)))
 
 
@@ -194,7 +199,7 @@ def _ground(axes: Any, points: Array, scene: _Scene) -> None:
 
 
 def _actor(axes: Any, actor: Actor, frame: int, scene: _Scene, kinds: set[str]) -> list[str]:
-    """Draw one subject; the joints whose ellipsoids were cut."""
+    """Draw one subject, and return the joints whose ellipsoids had to be cut."""
     for segment in actor.fit.skeleton.segments:
         _segment(axes, actor, segment.name, frame, scene, kinds)
     _markers(axes, actor, frame, scene, kinds)
@@ -203,21 +208,31 @@ def _actor(axes: Any, actor: Actor, frame: int, scene: _Scene, kinds: set[str]) 
         at = joint.track[frame]
         if not np.isfinite(at).all():
             continue
-        colour, mark = VERDICT_LOOK[joint.shown]
         flat = scene.view.project(at)
         order = 6 + _nearness(scene, at)
         if _ellipse(axes, actor.fit, joint, frame, scene, order):
             cut.append(joint.joint)
         axes.plot(
-            *flat, marker=mark, color=colour, markersize=6 * scene.detail, markeredgecolor="white",
-            markeredgewidth=0.6, zorder=order, linestyle="none",
-        )  # fmt: skip
+            *flat, markersize=6 * scene.detail, zorder=order, linestyle="none", **_ball(joint.shown)
+        )
         kinds |= {joint.shown, "ellipse"}
     return cut
 
 
+def _ball(verdict: str) -> dict[str, Any]:
+    """A joint's mark in the colour of its verdict."""
+    look = LOOKS[verdict]
+    return {
+        "marker": look.mark,
+        "color": look.colour,
+        "markerfacecolor": look.colour if look.filled else "white",
+        "markeredgecolor": "white" if look.filled else look.colour,
+        "markeredgewidth": 0.6 if look.filled else 1.5,
+    }
+
+
 def _nearness(scene: _Scene, point: Array) -> float:
-    """0 to 1, the larger the nearer to the viewer."""
+    """How near a point is to the viewer, from 0 to 1, so that it is drawn over what is farther away."""
     return float(0.5 + np.arctan(scene.view.depth(point)) / np.pi)
 
 
@@ -275,7 +290,7 @@ def _bone(axes: Any, points: Array, name: str, scene: _Scene, kinds: set[str]) -
 
 
 def _plate(axes: Any, points: Array, name: str, scene: _Scene, kinds: set[str]) -> None:
-    """A segment of three joints or more: a plate through them, in order around their middle."""
+    """Draw a segment with three joints or more as a plate; its corners are the joints, in order around the middle."""
     away = points - points.mean(axis=0)
     across = np.linalg.svd(away)[2][:2]
     order = np.argsort(np.arctan2(away @ across[1], away @ across[0]))
@@ -302,7 +317,7 @@ def _markers(axes: Any, actor: Actor, frame: int, scene: _Scene, kinds: set[str]
 def _ellipse(
     axes: Any, fit: SkeletonFit, joint: JointFit, frame: int, scene: _Scene, order: float
 ) -> bool:
-    """The outline of a joint's error ellipsoid; whether it had to be cut."""
+    """Draw the outline of a joint's error ellipsoid, and return whether it had to be cut."""
     from matplotlib.patches import Ellipse
 
     found = ellipsoid(joint)
@@ -314,7 +329,7 @@ def _ellipse(
     cut = bool(half.max() > scene.cap)
     half = np.minimum(half, scene.cap)
     (long, short), angle = scene.view.ellipse((vectors * half**2) @ vectors.T)
-    colour = VERDICT_LOOK[joint.shown][0]
+    colour = LOOKS[joint.shown].colour
     place = tuple(scene.view.project(joint.track[frame]))
     shape = {"xy": place, "width": 2 * long, "height": 2 * short, "angle": angle}
     axes.add_patch(Ellipse(**shape, facecolor=colour, alpha=0.15, linewidth=0, zorder=order - 1.5))
@@ -339,7 +354,7 @@ def _name(axes: Any, actor: Actor, frame: int, scene: _Scene) -> None:
 
 
 def _scale(axes: Any, scene: _Scene) -> None:
-    """A length and the lab's axes, beneath the figure."""
+    """Draw a bar of a known length and the lab's axes, below the figure."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     room = 0.16 * (top - bottom)
     for own in axes.figure.axes:
@@ -376,12 +391,12 @@ def _legend(drawn: Any, kinds: set[str], small: bool) -> None:
     from matplotlib.patches import Patch
 
     entries: list[Any] = []
-    for verdict, (colour, mark) in VERDICT_LOOK.items():
+    for verdict in LOOKS:
         if verdict in kinds:
+            label = f"joint, shown: {verdict}"
             entries.append(
-                Line2D([], [], linestyle="none", marker=mark, color=colour, markersize=6,
-                       label=f"joint, known: {verdict}")
-            )  # fmt: skip
+                Line2D([], [], linestyle="none", markersize=6, label=label, **_ball(verdict))
+            )
     if "ellipse" in kinds:
         entries.append(
             Patch(facecolor="0.85", edgecolor="0.4", label=f"{ERRORS:g} s.e. of its centre")

@@ -1,9 +1,8 @@
-"""A fit and its markers as a browser plays them: names and colours as JSON, movement as packed numbers."""
+"""A fit and its markers as the page's viewer needs them: names as JSON, movement as packed numbers."""
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.clip import AXES, Clip
-from mocap_skel.joints.centre import VERDICTS, JointFit
+from mocap_skel.joints.joint_fit import JointFit
+from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
 from mocap_skel.report.ellipsoid import ellipsoid
+from mocap_skel.report.view import first_front
 from mocap_skel.rig.gaps import runs
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
@@ -33,7 +34,7 @@ LARGEST = 0.10
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What the viewer gets.
+    """The data that the page's viewer gets.
 
     Attributes:
         about: names, links and constants, ready for JSON.
@@ -49,7 +50,7 @@ class Scene:
 
 
 def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
-    """The moving figure, its markers, and the ellipsoids of its joint centres.
+    """Collect the moving figure, its markers, and the ellipsoids of its joint centres.
 
     Args:
         clip: the recording.
@@ -64,8 +65,8 @@ def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
     positions = np.stack(points, axis=1)[::every]
     middle = _middle(positions)
     step = step_of(positions - middle)
-    shown = [fit.segments[name].pose.rotation[::every, :, :2] for name in parents]
-    axes = np.stack(shown, axis=1) if shown else np.empty((len(positions), 0, 3, 2))
+    rotations = [fit.segments[name].pose.rotation[::every, :, :2] for name in parents]
+    axes = np.stack(rotations, axis=1) if rotations else np.empty((len(positions), 0, 3, 2))
     rows = np.concatenate(
         [
             steps_of(positions - middle, step).reshape(len(positions), -1),
@@ -82,7 +83,7 @@ def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
         "rate": float(clip.rate),
         "up": AXES.index(fit.up),
         "floor": _floor(positions[..., AXES.index(fit.up)]),
-        "front": _front(tracks, fit),
+        "front": np.round(first_front(fit), 4).tolist(),
         "step": step,
         "middle": np.round(middle, 6).tolist(),
         "points": len(points),
@@ -97,7 +98,11 @@ def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
 
 
 def step_of(away: Array) -> float:
-    """The smallest step, 0.1 mm or more, that takes all of these lengths in 16 bits."""
+    """The smallest step (0.1 mm, 0.2 mm, 0.4 mm ...) in which all these lengths fit 16 bits; metres.
+
+    >>> step_of(np.array([3.0])), step_of(np.array([5.0]))
+    (0.0001, 0.0002)
+    """
     longest = np.abs(np.where(np.isfinite(away), away, 0.0)).max(initial=0.0)
     step = STEP
     while longest > step * MOST_STEPS:
@@ -106,13 +111,13 @@ def step_of(away: Array) -> float:
 
 
 def steps_of(values: Array, step: float) -> NDArray[np.int16]:
-    """Values in whole steps, `MISSING` where there is none."""
+    """Values as whole numbers of steps; NaN becomes `MISSING`."""
     known = np.isfinite(values)
     return np.where(known, np.rint(np.where(known, values, 0.0) / step), MISSING).astype(np.int16)
 
 
 def pack(rows: NDArray[np.int16]) -> bytes:
-    """Rows (row, frames) of 16 bits, small for a smooth movement.
+    """Compress rows (row, frames) of 16 bits; smooth movements become small.
 
     Each row as its differences from frame to frame (modulo 2**16), all low bytes before all high ones,
     compressed by zlib.
@@ -124,7 +129,7 @@ def pack(rows: NDArray[np.int16]) -> bytes:
 
 
 def unpack(packed: bytes, frames: int) -> NDArray[np.int16]:
-    """The inverse of `pack`, as the viewer does it."""
+    """Undo `pack`, in the way in which the viewer does it."""
     low, high = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(2, -1, frames)
     steps = low.astype(np.uint16) | (high.astype(np.uint16) << 8)
     return np.cumsum(steps, axis=1, dtype=np.uint16).astype(np.int16)
@@ -163,7 +168,7 @@ def _markers(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> list[dict[
 
 
 def _middle(positions: Array) -> Array:
-    """(points, 3): the middle between the ends of each track's way along each axis."""
+    """(points, 3) the middle between the lowest and the highest place of each track along each axis."""
     known = np.isfinite(positions)
     low = np.where(known, positions, np.inf).min(axis=0)
     high = np.where(known, positions, -np.inf).max(axis=0)
@@ -171,26 +176,10 @@ def _middle(positions: Array) -> Array:
 
 
 def _floor(heights: Array) -> float:
-    """The height of the floor: 0 where that is about as low as the figure comes, else that."""
+    """The height of the floor: 0 if the figure comes about as low as that, else its lowest height."""
     known = heights[np.isfinite(heights)]
     lowest = float(np.quantile(known, 0.001)) if known.size else 0.0
     return 0.0 if -0.05 < lowest < 0.15 else round(lowest, 3)
-
-
-def _front(tracks: Mapping[str, Array], fit: SkeletonFit) -> list[float]:
-    """The horizontal direction (3,) that the figure faces when it is first seen, by left and right."""
-    up = np.eye(3)[AXES.index(fit.up)]
-    sides = [
-        track - tracks["Left" + name.removeprefix("Right")]
-        for name, track in tracks.items()
-        if name.startswith("Right") and "Left" + name.removeprefix("Right") in tracks
-    ]
-    across = np.concatenate([side[np.isfinite(side[:, 0])][:1] for side in sides] or [up[None]])
-    front = np.cross(up, across.sum(axis=0))
-    size = float(np.linalg.norm(front))
-    if size < 1e-6:
-        front, size = np.roll(up, 1), 1.0
-    return [float(v) for v in np.round(front / size, 4)]
 
 
 def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, Any]:
@@ -198,7 +187,7 @@ def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, A
     about: dict[str, Any] = {
         "name": joint.joint,
         "point": names.index(joint.joint),
-        "trust": joint.shown if joint.fitted else "none",
+        "shown": joint.shown if joint.fitted else "none",
         "why": joint.reason,
         "spokes": list(joint.markers),
         "child": joint.child,
@@ -215,8 +204,8 @@ def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, A
 
 
 def _bones(fit: SkeletonFit, names: list[str]) -> list[dict[str, Any]]:
-    """Lines from each segment's own joint to the joints and the end that hang on it."""
-    trust = {j.joint: j.shown if j.fitted else "no" for j in fit.joints}
+    """Lines from each segment's own joint to the joints of its children, or to its end point."""
+    shown = {j.joint: j.shown if j.fitted else "no" for j in fit.joints}
     bones = []
     for segment in fit.skeleton.segments:
         start = segment.joint or segment.name
@@ -224,6 +213,6 @@ def _bones(fit: SkeletonFit, names: list[str]) -> list[dict[str, Any]]:
         if not ends and segment.name in names and segment.joint:
             ends = [segment.name]
         for end in ends:
-            worst = min(trust.get(start, "yes"), trust.get(end, "yes"), key=VERDICTS.index)
-            bones.append({"from": names.index(start), "to": names.index(end), "trust": worst})
+            worst = min(shown.get(start, "yes"), shown.get(end, "yes"), key=VERDICTS.index)
+            bones.append({"from": names.index(start), "to": names.index(end), "shown": worst})
     return bones

@@ -1,4 +1,4 @@
-"""A fit against time: where joints are, how long bones are, how well markers keep their distance."""
+"""Pictures of a fit against time: places of joints, lengths of bones, distances of markers from joints."""
 
 from __future__ import annotations
 
@@ -25,7 +25,13 @@ _MOST_MARKERS = 6
 
 
 def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
-    """x, y and z of every joint against time, left and right in one panel; gaps are gaps."""
+    """Draw x, y and z of every joint against time, left and right in one panel.
+
+    Frames in which a joint is missing leave a gap in its line.
+
+    Returns:
+        The matplotlib figure, and what its caption has to say.
+    """
     fit = actor.fit
     joints = [joint for joint in fit.joints if np.isfinite(joint.track).any()]
     groups = by_sides(joint.joint for joint in joints)
@@ -39,8 +45,8 @@ def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
                 _line(axes, fit.time, track, look[0], joints[i].shown == "no")
             _limits(axes, np.concatenate(tracks), _LEAST_SPAN, 0.0)
             _tidy(axes)
-        known = {side(joints[i].joint): joints[i].shown for i in members}
-        told = ", ".join(f"{key[0].upper()} {v}" if key else v for key, v in known.items())
+        shown = {side(joints[i].joint): joints[i].shown for i in members}
+        told = ", ".join(f"{key[0].upper()} {v}" if key else v for key, v in shown.items())
         row[0].set_ylabel(f"{plain(name)}\n({told})", fontsize=8)
     for d, axes in enumerate(grid[0]):
         up = " (up)" if AXES[d] == fit.up else ""
@@ -48,17 +54,21 @@ def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
     for axes in grid[-1]:
         axes.set_xlabel("time (s)", fontsize=8)
     drawn.suptitle(_titled("Joint centres", actor, title), fontsize=11, x=0.01, ha="left")
-    _side_legend(
-        drawn, [joint.joint for joint in joints], "known: no (the movement does not show it)"
-    )
+    _side_legend(drawn, [joint.joint for joint in joints], "shown: no (not by the movement)")
     missing = [joint.joint for joint in fit.joints if joint not in joints]
     return drawn, _caption(
-        actor, "in brackets: is the joint known", missing and f"not seen: {listed(missing, 14)}"
+        actor,
+        "in brackets: does the movement show the joint",
+        missing and f"not seen: {listed(missing, 14)}",
     )
 
 
 def bones_figure(actor: Actor, title: str) -> tuple[Any, str]:
-    """The distance between neighbouring joints against time, left and right in one panel, with medians."""
+    """Draw the length of each bone against time with its median, left and right in one panel.
+
+    Returns:
+        The matplotlib figure, and what its caption has to say.
+    """
     fit = actor.fit
     found = [bone for bone in bones(fit) if np.isfinite(bone.length).any()]
     groups = by_sides(f"{bone.start} - {bone.end}" for bone in found)
@@ -102,7 +112,11 @@ def bones_figure(actor: Actor, title: str) -> tuple[Any, str]:
 
 
 def residuals_figure(actor: Actor, title: str) -> tuple[Any, str]:
-    """Each marker's distance from its joint, less its mean, against time, with the distribution beside."""
+    """Draw how far each marker is off its mean distance to the joint, against time and as a histogram.
+
+    Returns:
+        The matplotlib figure, and what its caption has to say.
+    """
     fit = actor.fit
     found = radial(fit, actor.markers)
     order = _paired([one.joint.joint for one in found])
@@ -178,7 +192,7 @@ def _residual_panel(axes: Any, beside: Any, time: Array, one: Radial) -> bool:
 
 
 def _paired(names: Sequence[str]) -> list[list[int]]:
-    """Rows of two: the right and the left one side by side, the others as they come."""
+    """Indices of names in rows of two: the right one beside the left one, the others in their order."""
     rows: list[list[int]] = []
     alone: list[int] = []
     for members in by_sides(names).values():
@@ -193,7 +207,7 @@ def _paired(names: Sequence[str]) -> list[list[int]]:
 def _line(
     axes: Any, time: Array, values: Array, colour: str, dotted: bool, width: float = 1.0
 ) -> None:
-    """A line that has the gaps of the data; a sample alone between two gaps is a dot."""
+    """Draw a line with the gaps of the data; a sample between two gaps becomes a dot."""
     axes.plot(time, values, color=colour, linewidth=width, linestyle=":" if dotted else "-")
     seen = np.concatenate([[False], np.isfinite(values), [False]])
     alone = seen[1:-1] & ~seen[:-2] & ~seen[2:]
@@ -207,7 +221,7 @@ def _limits(
     axes: Any, values: Array, least: float, outside: float, *, symmetric: bool = False,
     headroom: float = 0.0,
 ) -> bool:  # fmt: skip
-    """Set an axis that holds the values, all or nearly so; whether some are outside."""
+    """Set the limits of an axis so that it holds nearly all values, and return whether some are outside."""
     seen = values[np.isfinite(values)]
     if not len(seen):
         return False

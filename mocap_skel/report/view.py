@@ -1,4 +1,4 @@
-"""Where a figure is looked at from: parallel projection along directions that the figure itself gives."""
+"""From where a figure is looked at: by its own front and right, for pictures and for the page."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SCATTERED = 0.3
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A parallel projection.
+    """A parallel projection of the lab onto a picture.
 
     Attributes:
         axes: (3, 3), rows: the picture's right, its up, and the direction towards the viewer, in the lab.
@@ -42,10 +42,13 @@ class View:
         return np.asarray(points @ self.axes[2])
 
     def ellipse(self, matrix: Array) -> tuple[Array, float]:
-        """Semi-axes (2,), the long one first, and its direction in degrees, of an ellipsoid's outline.
+        """The ellipse that is the outline of an ellipsoid in the picture.
 
         Args:
             matrix: (3, 3), such that the ellipsoid is {x: xᵀ matrix⁻¹ x ≤ 1}; may be singular.
+
+        Returns:
+            Its semi-axes (2,), the long one first, and the direction of the long one in degrees.
         """
         values, vectors = np.linalg.eigh(self.axes[:2] @ matrix @ self.axes[:2].T)
         angle = float(np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1])))
@@ -53,18 +56,18 @@ class View:
 
 
 def view_of(name: str, fits: Sequence[SkeletonFit], frames: Sequence[int]) -> View:
-    """The view of figures in some frames.
+    """A view of the figures in some frames, by their own front and right.
 
     Args:
         name: one of `VIEWS`. "side" is from the figure's right, "top" has its front up.
         fits: the figures; where they look in different directions the first one counts.
         frames: counted from 0.
     """
-    up = np.eye(3)[AXES.index(fits[0].up)]
-    right = _right(fits, frames, up)
+    up = _up(fits[0])
+    right = _mean_right(fits, frames)
     own = right is not None
     if right is None:
-        right = np.roll(up, 1)
+        right = _lab_right(up)
     forward = np.cross(up, right)
     if name == "front":
         axes = [-right, up, forward]
@@ -81,30 +84,54 @@ def view_of(name: str, fits: Sequence[SkeletonFit], frames: Sequence[int]) -> Vi
     return View(np.array(axes), up, own)
 
 
-def _right(fits: Sequence[SkeletonFit], frames: Sequence[int], up: Array) -> Array | None:
-    """(3,) horizontal unit vector to the figures' right; None where they have no two sides."""
-    found = [
-        unit for fit in fits for frame in frames if (unit := _right_of(fit, frame, up)) is not None
-    ]
-    if not found:
+def first_front(fit: SkeletonFit) -> Array:
+    """(3,) horizontal unit vector, in the lab: where the figure faces when it is first seen.
+
+    It is the front of `view_of` in that frame. A figure without two sides faces along the lab's axes, as there.
+    """
+    up = _up(fit)
+    rights = right_of(fit)
+    seen = rights[np.isfinite(rights[:, 0])]
+    return np.asarray(np.cross(up, seen[0] if len(seen) else _lab_right(up)))
+
+
+def right_of(fit: SkeletonFit) -> Array:
+    """(frames, 3) horizontal unit vector to the figure's right, in the lab; NaN where nothing shows it.
+
+    It is the line from the left to the right hip. Where that is not seen, the next pair of joints down the figure.
+    """
+    up, root = _up(fit), fit.skeleton.root.name
+    joints = sorted(fit.joints, key=lambda joint: joint.parent != root)
+    found = np.full((len(fit.frame_numbers), 3), np.nan)
+    for pair in by_sides(joint.joint for joint in joints).values():
+        sides = {side(joints[i].joint): joints[i].track for i in pair}
+        if not {"left", "right"} <= sides.keys():
+            continue
+        across = sides["right"] - sides["left"]
+        level = across - np.outer(across @ up, up)
+        length = np.linalg.norm(level, axis=1)
+        # A line that is nearly upright says nothing: someone lies on the side.
+        good = (length > 0.5 * np.linalg.norm(across, axis=1)) & np.isnan(found[:, 0])
+        found[good] = level[good] / length[good, None]
+    return found
+
+
+def _mean_right(fits: Sequence[SkeletonFit], frames: Sequence[int]) -> Array | None:
+    """(3,) horizontal unit vector to the right of all figures; None where they have no two sides."""
+    rights = np.concatenate([right_of(fit)[list(frames)] for fit in fits])
+    seen = rights[np.isfinite(rights[:, 0])]
+    if not len(seen):
         return None
-    mean = np.mean(found, axis=0)
+    mean = seen.mean(axis=0)
     if np.linalg.norm(mean) < _SCATTERED:
-        mean = found[0]
+        mean = seen[0]
     return np.asarray(mean / np.linalg.norm(mean))
 
 
-def _right_of(fit: SkeletonFit, frame: int, up: Array) -> Array | None:
-    """The hips' line where it is seen, else the next pair of joints down the figure."""
-    root = fit.skeleton.root.name
-    joints = sorted(fit.joints, key=lambda joint: joint.parent != root)
-    for pair in by_sides(joint.joint for joint in joints).values():
-        sides = {side(joints[i].joint): joints[i].track[frame] for i in pair}
-        if {"left", "right"} <= sides.keys():
-            across = sides["right"] - sides["left"]
-            level = across - (across @ up) * up
-            length = np.linalg.norm(level)
-            # A line that is nearly upright says nothing: someone lies on the side.
-            if length > 0.5 * np.linalg.norm(across) > 0:
-                return np.asarray(level / length)
-    return None
+def _up(fit: SkeletonFit) -> Array:
+    return np.asarray(np.eye(3)[AXES.index(fit.up)])
+
+
+def _lab_right(up: Array) -> Array:
+    """The right of a figure without two sides: the axis that follows the vertical one."""
+    return np.asarray(np.roll(up, 1))

@@ -1,4 +1,4 @@
-"""Turning a fit so that another axis points up."""
+"""The same fit in axes of which another one points up."""
 
 from __future__ import annotations
 
@@ -12,10 +12,18 @@ from mocap_skel.skeleton_fit import SkeletonFit
 
 
 def turned(fit: SkeletonFit, up: str | None) -> SkeletonFit:
-    """The same fit in axes of which `up` is the vertical one; None leaves it as it is.
+    """A fit in axes of which `up` is the vertical one.
 
     The axes are renamed in a circle, so that a right-handed system stays one: from z up to y up,
-    (x, y, z) becomes (y, z, x).
+    (x, y, z) becomes (y, z, x). Poses and tracks are turned; what is said of a joint in its parent's axes
+    (centre, standard errors) stays.
+
+    Args:
+        fit: in any axes.
+        up: "x", "y" or "z"; None = as it is.
+
+    Raises:
+        ValueError: `up` is none of "x", "y", "z".
     """
     if up is None or up == fit.up:
         return fit
@@ -32,7 +40,11 @@ def turned(fit: SkeletonFit, up: str | None) -> SkeletonFit:
 
 
 def turn_between(before: str, after: str) -> Array:
-    """The rotation (3, 3) from axes with `before` up to those with `after` up."""
+    """The rotation (3, 3) from axes with `before` up to axes with `after` up.
+
+    >>> turn_between("z", "y") @ [1.0, 2.0, 3.0]
+    array([2., 3., 1.])
+    """
     return np.roll(np.eye(3), AXES.index(after) - AXES.index(before), axis=0)
 
 

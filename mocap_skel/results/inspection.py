@@ -1,4 +1,4 @@
-"""A clip's markers one by one, with what an association file makes of them."""
+"""The markers of a clip one by one: how much of each is missing, and what an association makes of it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,15 @@ from mocap_skel.labels.association import Assignment
 
 
 def marker_rows(clip: Clip, assignments: Sequence[Assignment]) -> list[dict[str, object]]:
-    """One row a marker: subject, label, share of frames in which it is missing, and its match.
+    """One row a label of the clip.
 
-    `marker` and `segment` are None for a label without a match; without assignments there are none.
+    Args:
+        clip: as it was read.
+        assignments: which label is which marker, of every subject; empty without an association file.
+
+    Returns:
+        In each row `subject`, `label` and `missing`, the share of frames (0 to 1) in which it is missing. With
+        assignments also `marker` and `segment`, None for a label that is no marker.
     """
     match = {
         column: (marker, segment)

@@ -1,4 +1,4 @@
-"""Whether a clip's markers move with the segments to which an association gives them."""
+"""Find markers that do not move with the segment to which the association gives them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NEIGHBOURS = 0.25
 
 @dataclass(frozen=True, eq=False)
 class MarkerCheck:
-    """One marker and how it moves with its segment.
+    """How one marker moves with its segment.
 
     Attributes:
         subject, label: in the clip.
@@ -67,7 +67,7 @@ class MarkerCheck:
 
 @dataclass(frozen=True, eq=False)
 class AssociationCheck:
-    """All markers of one subject.
+    """How all markers of one subject move with their segments.
 
     Attributes:
         markers: one a marker, in the skeleton's order.
@@ -78,7 +78,7 @@ class AssociationCheck:
     still: bool
 
     def summary(self) -> str:
-        """What there is to do, in one sentence."""
+        """What is wrong with the association and what to do, in one sentence."""
         wrong: dict[str, None] = {}
         for one in self.markers:
             if one.verdict == "swapped":
@@ -106,12 +106,25 @@ class AssociationCheck:
 
 
 def check_association(clip: Clip, assignment: Assignment, skeleton: Skeleton) -> AssociationCheck:
-    """Check one subject: the assignment as a whole, then each marker frame by frame.
+    """Check how each marker of one subject moves with its segment.
 
     Two markers of a segment keep their distance, whatever the segment does. So the robust spread of all
-    distances tells which markers move together; where exchanging two markers, or giving one to
-    another segment, makes all of it much firmer, the association is wrong there. The frames come from
-    the fit of the figure with that put right.
+    distances tells which markers move together. If exchanging two markers, or giving one to another segment, makes
+    the segments much firmer, the association is wrong there. The frames in which a marker is out of place come from
+    the fit with that put right.
+
+    Args:
+        clip: as it was read.
+        assignment: which label is which marker, of one subject.
+        skeleton: the figure.
+
+    Returns:
+        One verdict a marker; `AssociationCheck.summary` is the sentence for a person.
+
+    >>> from mocap_skel import associate, read_association, read_clip
+    >>> clip, cmu = read_clip("sample_data/range_of_motion.c3d"), read_association("cmu")
+    >>> check_association(clip, associate(clip, cmu)[0], cmu.skeleton).summary()
+    '41 markers checked: every marker that can be judged moves with its segment'
     """
     figure = _Figure(clip, assignment, skeleton)
     given = figure.segment.copy()
@@ -167,7 +180,7 @@ def _fit(clip: Clip, assignment: Assignment, skeleton: Skeleton) -> SkeletonFit 
 
 
 class _Figure:
-    """The markers of a subject, the segments, and how firmly each two markers keep their distance."""
+    """The markers of a subject, their segments, and how well each two of them keep their distance."""
 
     def __init__(self, clip: Clip, assignment: Assignment, skeleton: Skeleton) -> None:
         self.segments = [segment.name for segment in skeleton.segments]
@@ -192,26 +205,26 @@ class _Figure:
         self.cost = np.where(self.known, capped, 0.0)
 
     def own(self, segment: NDArray[np.intp]) -> Array:
-        """(M,): mean spread to the other markers of the same segment; NaN without any."""
+        """(M,) mean spread to the other markers of the same segment; NaN without any."""
         mates = (segment[:, None] == segment) & self.known
         count = mates.sum(axis=1)
         total = np.where(mates, self.cost, 0.0).sum(axis=1)
         return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
     def near(self, segment: NDArray[np.intp]) -> Array:
-        """(M,): least spread to a marker of a neighbouring segment; NaN without any."""
+        """(M,) least spread to a marker of a neighbouring segment; NaN without any."""
         beside = self.joined[segment[:, None], segment] & self.known
         least = np.where(beside, self.cost, np.inf).min(axis=1)
         return np.where(np.isfinite(least), least, np.nan)
 
     def still(self, typical: float) -> bool:
-        """Whether markers of different segments move together as well as those of one."""
+        """Whether markers of different segments keep their distances as well as those of one segment."""
         apart = (self.segment[:, None] != self.segment) & self.known
         values = self.cost[apart]
         return not len(values) or not float(median(values)) > LOOSE * typical or np.isnan(typical)
 
     def mend(self, typical: float) -> tuple[dict[int, int], set[int]]:
-        """Exchange or move markers while that makes the figure much firmer.
+        """Exchange two markers, or give one to another segment, as long as the figure gets much firmer.
 
         Returns:
             Exchanged markers, both ways, and markers of another segment. `segment` is then put right.
@@ -276,7 +289,7 @@ class _Figure:
     def assignment(
         self, given: Assignment, right: NDArray[np.intp], partner: dict[int, int]
     ) -> Assignment:
-        """The assignment put right: exchanged markers exchange their names, moved ones keep theirs."""
+        """The assignment put right. Exchanged markers exchange their names; one that is moved keeps its name."""
         columns: dict[str, dict[str, int]] = {name: {} for name in self.segments}
         for m, (name, column) in enumerate(self.names):
             named = self.names[partner[m]][0] if m in partner else name
@@ -284,7 +297,7 @@ class _Figure:
         return replace(given, columns={name: of for name, of in columns.items() if of})
 
     def out_of_place(self, m: int, segment: NDArray[np.intp], wrong: set[int]) -> NDArray[np.bool_]:
-        """(F,): frames in which a wrong marker is off its usual distances to its segment by more than skin."""
+        """(F,) frames in which a wrong marker is farther from its usual place in its segment than skin moves it."""
         mates = [k for k in np.flatnonzero(segment == segment[m]).tolist() if k != m]
         mates = [k for k in mates if k not in wrong] or mates
         if not mates:
@@ -298,7 +311,7 @@ class _Figure:
 
 
 def _spreads(x: Array) -> Array:
-    """(M, M): robust standard deviation of the distance of each two of the points x (M, 3, F).
+    """(M, M) robust standard deviation of the distance between each two of the points x (M, 3, F).
 
     NaN for two that are hardly ever seen together.
     """

@@ -1,4 +1,4 @@
-"""What a fit says over time, as numbers: marker tracks, radial residuals, directions, bone lengths. Metres."""
+"""A fit over time, as numbers: marker tracks, distances to a joint's centre, bone lengths. Metres."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_skel.clip import Clip
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.labels.association import Assignment
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
@@ -22,7 +22,7 @@ _SIDE = re.compile("left|right", re.IGNORECASE)
 
 @dataclass(frozen=True, eq=False)
 class Radial:
-    """The markers of a joint as seen from its centre, in the frame of its parent.
+    """The markers around one joint, seen from its centre in the frame of its parent segment.
 
     Attributes:
         joint: the fit.
@@ -38,7 +38,7 @@ class Radial:
 
 @dataclass(frozen=True, eq=False)
 class Bone:
-    """The distance between two neighbouring joints, or from a leaf's joint to its end point.
+    """The distance between two neighbouring joints, or from a leaf's joint to the leaf's end point.
 
     Attributes:
         segment: the segment that both are on.
@@ -53,13 +53,22 @@ class Bone:
 
     @property
     def median(self) -> float:
-        """NaN where it is never seen."""
+        """The median of the lengths, metres; NaN for a bone that is never seen."""
         seen = self.length[np.isfinite(self.length)]
         return float(np.median(seen)) if len(seen) else float("nan")
 
 
 def marker_tracks(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Tracks:
-    """The markers of one subject as the fit used them: samples that it left out are NaN."""
+    """The tracks of one subject's markers as the fit used them.
+
+    Args:
+        clip: the recording.
+        assignment: which of its columns is which marker.
+        fit: what came of both.
+
+    Returns:
+        Segment → marker → track (frames, 3); NaN where the marker is missing or was left out.
+    """
     points = clip.points
     columns = assignment.columns
     if fit.left_out:
@@ -74,7 +83,12 @@ def marker_tracks(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Track
 
 
 def radial(fit: SkeletonFit, markers: Tracks) -> tuple[Radial, ...]:
-    """Every fitted joint's markers about it, in the skeleton's order of joints."""
+    """The markers around each fitted joint that has markers, in the skeleton's order.
+
+    Args:
+        fit: of one subject.
+        markers: its `marker_tracks`.
+    """
     return tuple(_radial(fit, joint, markers[joint.child]) for joint in fit.joints if joint.markers)
 
 
@@ -91,10 +105,10 @@ def _radial(fit: SkeletonFit, joint: JointFit, markers: Mapping[str, Array]) -> 
 
 
 def bones(fit: SkeletonFit) -> tuple[Bone, ...]:
-    """The bones of the figure, parents first; not the root's, whose joints keep their distance by definition.
+    """The lengths of all bones in every frame, parents first.
 
-    A joint is constant in its parent's frame, so a bone's length varies by how far the joint at its
-    start wanders in the bone's own segment.
+    The root is left out: all its joints are constant in its own frame, so their distances never vary. In the other
+    segments only the joint at the end is constant; the length varies as the joint at the start wanders.
     """
     tracks = dict(fit.tracks())
     found = []
@@ -110,18 +124,30 @@ def bones(fit: SkeletonFit) -> tuple[Bone, ...]:
 
 
 def side(name: str) -> str:
-    """The side in a name: "left", "right", or "" for neither."""
+    """The side that a name tells: "left", "right", or "" for neither.
+
+    >>> side("UpperRightLeg"), side("Neck")
+    ('right', '')
+    """
     found = _SIDE.search(name)
     return found[0].lower() if found else ""
 
 
 def sideless(name: str) -> str:
-    """A name without its side, which the left and the right one share: RightKnee → Knee."""
+    """A name without its side: what the left and the right one share.
+
+    >>> sideless("RightKnee"), sideless("left_hip"), sideless("Neck")
+    ('Knee', 'hip', 'Neck')
+    """
     return _SIDE.sub("", name).strip("_- ") or name
 
 
 def by_sides(names: Iterable[str]) -> dict[str, list[int]]:
-    """Name without its side → places of the names that are the same but for it, in the order of the first."""
+    """Group names that differ in their side only: name without its side → indices of the names.
+
+    >>> by_sides(["Neck", "RightHip", "LeftHip"])
+    {'Neck': [0], 'Hip': [1, 2]}
+    """
     groups: dict[str, list[int]] = {}
     for i, name in enumerate(names):
         groups.setdefault(sideless(name), []).append(i)
@@ -129,7 +155,13 @@ def by_sides(names: Iterable[str]) -> dict[str, list[int]]:
 
 
 def best_frame(fits: Iterable[tuple[SkeletonFit, Tracks]]) -> int:
-    """The frame, counted from 0, in which most joints and markers are seen; of several the middlemost."""
+    """The frame in which most joints and markers are seen, counted from 0.
+
+    Where several frames are equally good it is the one nearest to the middle of the clip.
+
+    Args:
+        fits: each subject's fit with its `marker_tracks`.
+    """
     seen: Array | None = None
     for fit, markers in fits:
         tracks = [joint.track for joint in fit.joints]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.results.series import bones, by_sides
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
@@ -18,20 +18,27 @@ if TYPE_CHECKING:
 
 
 def track_columns(fit: SkeletonFit) -> tuple[list[str], Array]:
-    """Column names and values (frames, columns) of skeleton.csv behind frame and time; NaN = missing."""
+    """The columns of skeleton.csv behind frame and time.
+
+    Returns:
+        Their names (Waist_x, Waist_y ...) and their values (frames, columns), metres; NaN = missing.
+    """
     names, tracks = zip(*fit.tracks(), strict=True)
     return [f"{name}_{axis}" for name in names for axis in "xyz"], np.hstack(tracks)
 
 
 def track_kinds(fit: SkeletonFit) -> Iterator[tuple[str, str, Array]]:
-    """`fit.tracks()` with what each is: joint, origin (of the root), end (of a leaf)."""
+    """Name, kind and track (frames, 3) of each of `fit.tracks()`.
+
+    The kind is "joint", "origin" for the root's origin, or "end" for a leaf's end point.
+    """
     for place, (name, track) in enumerate(fit.tracks()):
         own = "origin" if name == fit.skeleton.root.name else "end"
         yield name, "joint" if place < len(fit.joints) else own, track
 
 
 def point_columns(fit: SkeletonFit) -> dict[str, NDArray[Any]]:
-    """The moving skeleton in long form, one row a frame and point, frame by frame.
+    """The moving skeleton in long form: one row for each point in each frame, frame by frame.
 
     Columns: clip, subject, frame, time (s), point, kind (as `track_kinds`), x, y, z (m, NaN = missing).
     """
@@ -51,18 +58,21 @@ def point_columns(fit: SkeletonFit) -> dict[str, NDArray[Any]]:
     }
 
 
+# `determined` is the old name of `shown`: it has the same value, stays for one release, and goes then.
 JOINT_COLUMNS = (
     "joint", "parent", "child", "x", "y", "z", "se_x", "se_y", "se_z", "markers", "samples",
-    "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "determined",
-    "method", "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference",
+    "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "shown", "method",
+    "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference", "determined",
 )  # fmt: skip
 
 
 def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
-    """The rows of joints.csv: lengths in metres, the angle in degrees; None where nothing is known.
+    """The rows of joints.csv: one a joint, with the evidence for it.
 
-    `bone` is the median distance from the parent segment's own joint, `bone_sd` its standard deviation over
-    the clip, and `side_difference` how much longer it is than on the other side, as a share of the mean.
+    Returns:
+        `JOINT_COLUMNS` → value. Lengths are metres, the angle is in degrees; None = there is no value. `bone` is the
+        median distance from the parent segment's own joint, `bone_sd` its standard deviation over the clip, and
+        `side_difference` how much longer it is than on the other side, as a share of the mean of both.
     """
     lengths = {bone.end: bone for bone in bones(fit)} if fit.joints else {}
     medians = [lengths[j.joint].median if j.joint in lengths else np.nan for j in fit.joints]
@@ -82,7 +92,7 @@ def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
 
 
 def joint_row(joint: JointFit) -> dict[str, Any]:
-    """The row of a joint apart from a skeleton: without what bones and sides tell."""
+    """The row of one joint without its skeleton: `bone`, `bone_sd` and `side_difference` are None."""
     return _joint_row(joint, (np.nan, np.nan, np.nan))
 
 
@@ -95,7 +105,7 @@ def _joint_row(joint: JointFit, bone: tuple[float, float, float]) -> dict[str, A
         joint.samples, _number(joint.effective, 1), [_number(r) for r in joint.radius],
         _number(joint.residual), _number(joint.sigma), _number(joint.weakest_sd),
         _number(np.degrees(joint.angle), 2), joint.shown, joint.method, joint.reason,
-        _number(joint.share, 3), prior, *(_number(value) for value in bone),
+        _number(joint.share, 3), prior, *(_number(value) for value in bone), joint.shown,
     )  # fmt: skip
     return dict(zip(JOINT_COLUMNS, values, strict=True))
 
@@ -106,7 +116,17 @@ def _number(value: float, digits: int = 6) -> float | None:
 
 
 def tracks_table(fit: SkeletonFit) -> pandas.DataFrame:
-    """The moving skeleton as a DataFrame: `frame` as index, `time`, then the columns of skeleton.csv."""
+    """The moving skeleton as a DataFrame, one row a frame.
+
+    The index is `frame`; the columns are `time` in seconds and those of skeleton.csv in metres.
+
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
+    >>> clip, association = read_clip("sample_data/nearly_still.c3d"), read_association("cmu")
+    >>> fit = fit_skeleton(clip, associate(clip, association)[0], association.skeleton)
+    >>> table = tracks_table(fit)
+    >>> table.shape, list(table.columns[:4])
+    ((300, 61), ['time', 'Waist_x', 'Waist_y', 'Waist_z'])
+    """
     import pandas
 
     names, values = track_columns(fit)
@@ -117,14 +137,33 @@ def tracks_table(fit: SkeletonFit) -> pandas.DataFrame:
 
 
 def points_table(fit: SkeletonFit) -> pandas.DataFrame:
-    """The moving skeleton as a DataFrame in long form: the columns of `point_columns`."""
+    """The moving skeleton as a DataFrame in long form: one row for each point in each frame.
+
+    The columns are those of `point_columns`; the text columns repeat for every row.
+
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
+    >>> clip, association = read_clip("sample_data/nearly_still.c3d"), read_association("cmu")
+    >>> fit = fit_skeleton(clip, associate(clip, association)[0], association.skeleton)
+    >>> table = points_table(fit)
+    >>> len(table) == 300 * table["point"].nunique()
+    True
+    """
     import pandas
 
     return pandas.DataFrame(point_columns(fit))
 
 
 def joints_table(fit: SkeletonFit) -> pandas.DataFrame:
-    """The joints as a DataFrame: one row a joint, `joint` as index, the columns of joints.csv."""
+    """The joints as a DataFrame, one row a joint, with the evidence for each.
+
+    The index is `joint`; the columns are those of `joint_rows`.
+
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
+    >>> clip, association = read_clip("sample_data/nearly_still.c3d"), read_association("cmu")
+    >>> fit = fit_skeleton(clip, associate(clip, association)[0], association.skeleton)
+    >>> joints_table(fit).loc["LeftKnee", ["shown", "reason"]].to_list()
+    ['no', 'hardly moves']
+    """
     import pandas
 
     rows = joint_rows(fit)

@@ -1,13 +1,13 @@
-"""In plain words: which joints of a clip to trust, and what movement would make the others known."""
+"""Sentences about a fit: which joints to trust, which sides differ, what to film for the others."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
-from mocap_skel.joints.centre import JointFit
+from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.results.series import by_sides, sideless
-from mocap_skel.results.tables import joint_rows
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
 
@@ -20,13 +20,32 @@ ASYMMETRY = 0.05
 MOST = 3
 
 
-def verdict(fit: SkeletonFit) -> tuple[str, ...]:
-    """Sentences: whom to trust, where the sides contradict each other, what to film; never none."""
-    return (*_trust(fit), *_sides(fit), *_movements(fit))
+def verdict(fit: SkeletonFit, rows: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """Which joints to trust, which bones differ between the sides, what to film.
+
+    Args:
+        fit: of one subject.
+        rows: its `joint_rows`, which the caller has or makes.
+
+    Returns:
+        One sentence each. "Known to 2 cm (95 %)" is about the error of a joint's centre: two standard errors in
+        the direction in which it is known least. A figure without joints has no sentence.
+
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
+    >>> from mocap_skel.results.tables import joint_rows
+    >>> clip, association = read_clip("sample_data/range_of_motion.c3d"), read_association("cmu", "lower_body")
+    >>> fit = fit_skeleton(clip, associate(clip, association)[0], association.skeleton)
+    >>> verdict(fit, joint_rows(fit))
+    ('Known to 2 cm (95 %): both hips, both knees, both ankles.',)
+    """
+    return (*_trust(fit), *_sides(rows), *_movements(fit))
 
 
 def error_95(joint: JointFit) -> float:
-    """Two standard errors in the direction in which the joint is known least, metres; inf without a fit."""
+    """Two standard errors of a joint's centre in the direction in which it is known least.
+
+    Metres; infinite for a joint that could not be fitted.
+    """
     return 2.0 * joint.worst_error if joint.fitted else float("inf")
 
 
@@ -54,7 +73,7 @@ def _trust(fit: SkeletonFit) -> Iterator[str]:
 
 
 def _joints(names: list[str]) -> str:
-    """Names, those of both sides as one."""
+    """Names of joints as a list; both sides of one are named together: both knees."""
     groups = by_sides(names)
     return listed(
         [
@@ -66,7 +85,7 @@ def _joints(names: list[str]) -> str:
 
 
 def _words(name: str) -> str:
-    """LeftKnee as left knee, ThumbCMC as thumb CMC."""
+    """A joint's name as words: LeftKnee → left knee, ThumbCMC → thumb CMC."""
     parts = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|_", " ", name).split()
     return " ".join(part if part.isupper() else part.lower() for part in parts)
 
@@ -75,14 +94,15 @@ def _several(noun: str) -> str:
     return f"{noun}es" if noun.endswith(("s", "x", "ch")) else f"{noun}s"
 
 
-def _sides(fit: SkeletonFit) -> Iterator[str]:
+def _sides(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     found = {
         sideless(row["joint"]): row["side_difference"]
-        for row in joint_rows(fit)
-        if row["side_difference"] is not None and abs(row["side_difference"]) > ASYMMETRY
+        for row in rows
+        # Of two sides the longer one has the positive difference.
+        if row["side_difference"] is not None and row["side_difference"] > ASYMMETRY
     }
     if found:
-        bones = listed([f"{_words(name)} {100 * abs(d):.0f} %" for name, d in found.items()], 12)
+        bones = listed([f"{_words(name)} {100 * d:.0f} %" for name, d in found.items()], 12)
         yield f"Bones whose two sides differ in length, measured up to the joint: {bones}."
 
 

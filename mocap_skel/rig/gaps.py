@@ -9,7 +9,11 @@ from mocap_skel.segments.pose import Array
 
 
 def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Stretches of True as (start, stop)."""
+    """Stretches of True as (start, stop).
+
+    >>> runs(np.array([True, False, True, True]))
+    [(0, 1), (2, 4)]
+    """
     edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
     return list(
         zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True)
@@ -17,14 +21,23 @@ def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def fill_positions(track: Array) -> Array:
-    """A track (frames, 3) with its inner gaps filled in straight lines."""
+    """A track (frames, 3) with its gaps filled in straight lines; NaN = missing.
+
+    The ends have to be known: nothing is known of what lies beyond them.
+
+    >>> fill_positions(np.array([[0.0, 0, 0], [np.nan] * 3, [2.0, 0, 4]]))[1]
+    array([1., 0., 2.])
+    """
     known = np.isfinite(track[:, 0])
     at = np.arange(len(track))
     return np.stack([np.interp(at, at[known], column[known]) for column in track.T], axis=1)
 
 
 def fill_rotations(rotation: Array) -> Array:
-    """Rotations (frames, 3, 3) with inner gaps filled along the shortest turn at constant speed."""
+    """Rotations (frames, 3, 3) with gaps filled along the shortest turn at constant speed; NaN = missing.
+
+    The ends have to be known.
+    """
     known = np.isfinite(rotation[:, 0, 0])
     if known.all():
         return rotation

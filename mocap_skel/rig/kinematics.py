@@ -70,9 +70,9 @@ def rest_places(rig: Rig) -> tuple[Array, dict[int, Array]]:
 def follow(rotation: Array, offsets: Array, targets: Array) -> Array:
     """A bone's rotations, turned so that the points fixed in it come near to where they should be.
 
-    With several points it is the rotation that minimises Σ |t - R o|² + FIRMNESS² |R - R₀|² / 2, with one
-    the shortest turn of R₀ that takes the bone's direction to that of t + (FIRMNESS / |o|)² R₀ o, which
-    solves nearly the same without a twist.
+    With several points it is the rotation that minimises Σ |t - R o|² + FIRMNESS² |R - R₀|². With one it is
+    the shortest turn of R₀ that takes the bone's direction to that of t + (FIRMNESS / |o|)² R₀ o: of all
+    rotations without a twist about the bone, the one that minimises |t - R o|² + FIRMNESS² |R - R₀|² / 2.
 
     Args:
         rotation: (frames, 3, 3) what the markers show.

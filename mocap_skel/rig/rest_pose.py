@@ -163,7 +163,7 @@ def _pointing(start: Array, tip: Array | None, joint: Array, rest: Array) -> Arr
         return start
     direction = start @ (tip - joint)
     if direction @ rest < -0.999 * np.linalg.norm(direction) * np.linalg.norm(rest):
-        # Half a turn has no shortest way; forward is kept, as of arms that hang from arms held up.
+        # Half a turn has no shortest way; it goes by the front, as an arm that is held up comes down.
         aside = np.cross(rest, [0.0, 0.0, 1.0])
         if not np.linalg.norm(aside) > 0:
             aside = np.array([1.0, 0.0, 0.0])

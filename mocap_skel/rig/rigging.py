@@ -23,10 +23,8 @@ LONGEST_GAP = 0.5
 SHORTEST_END = 1e-3
 # Metres: a lowest point farther from zero than this is no floor, and worth a word.
 FLOOR = 0.1
-
 # Metres: joints so far from the fit are worth a note.
 ASTRAY = 0.02
-_NO_GAPS = "a BVH cannot say that something is missing"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +59,9 @@ def rig_of(
     fitted = {joint.joint for joint in fit.joints if joint.fitted}
     gone = [s.joint for s in fit.skeleton.segments if s.joint and s.name not in fit.segments]
     ends = [joint for joint in gone if joint in fitted]
-    notes = [f"BVH: without {listed(gone)}"] if gone else []
+    notes = [f"without {listed(gone)}"] if gone else []
     if ends:
-        notes.append(f"BVH: fitted, but no segment turns about them: {listed(ends)}")
+        notes.append(f"fitted, but no segment turns about them: {listed(ends)}")
     window = _window(fit, found, trim, notes)
     centres = _centres(fit, found)
     up = np.eye(3)[AXES.index(fit.up)]
@@ -76,7 +74,7 @@ def rig_of(
     turns, average = rest_pose(bones, up)
     if average:
         notes.append(
-            f"BVH: the rest pose of {listed(average)} is the clip's average, no T-pose: the skeleton file "
+            f"the rest pose of {listed(average)} is the clip's average, no T-pose: the skeleton file "
             "has no direction (rest) for it"
         )
     # From the character's axes, y up, to the fit's.
@@ -93,7 +91,7 @@ def rig_of(
     elif abs(lowest) > FLOOR:
         where = "over" if lowest > 0 else "under"
         notes.append(
-            f"BVH: the figure's lowest point is {abs(lowest):.2f} m {where} zero; --floor puts it there"
+            f"the figure's lowest point is {abs(lowest):.2f} m {where} zero; --floor puts it there"
         )
     return rig, found.segments, tuple(notes)
 
@@ -144,7 +142,7 @@ def _astray(fit: SkeletonFit, found: _Found, places: Array, window: slice) -> li
     if not far:
         return []
     return [
-        f"BVH: bones of constant length put joints elsewhere than the fit, at most {listed(far, 14)}"
+        f"bones of constant length put joints elsewhere than the fit, at most {listed(far, 14)}"
     ]
 
 
@@ -169,27 +167,26 @@ def _window(fit: SkeletonFit, found: _Found, trim: bool, notes: list[str]) -> sl
     if stop - first < 2:
         worst = found.fits[int(known.sum(axis=1).argmin())].name
         raise ExportError(
-            f"{fit.clip}: the segments are not seen at the same time ({worst} has the fewest frames); "
-            f"{_NO_GAPS}"
+            f"{fit.clip}: the segments are not seen at the same time ({worst} has the fewest frames)"
         )
     if not trim and stop - first < frames:
         ends = [(0, first), (stop, frames)]
         raise ExportError(
-            f"{fit.clip}: not every segment has a pose in frames {_spans(fit, ends)}; {_NO_GAPS}",
+            f"{fit.clip}: not every segment has a pose in frames {_spans(fit, ends)}",
             "use --trim to leave them out",
         )
     if stop - first < frames:
-        notes.append(f"BVH: {frames - (stop - first)} incomplete frames at the ends left out")
+        notes.append(f"{frames - (stop - first)} incomplete frames at the ends left out")
     for own, row in zip(found.fits, known[:, first:stop], strict=True):
         gaps = [(start + first, end + first) for start, end in runs(~row)]
         longest = max((end - start for start, end in gaps), default=0)
         if longest > LONGEST_GAP * fit.rate:
             raise ExportError(
                 f"{fit.clip}: {own.name} has no pose for {longest / fit.rate:.1f} s; gaps "
-                f"over {LONGEST_GAP} s are not filled, and {_NO_GAPS}"
+                f"over {LONGEST_GAP} s are not filled"
             )
         if gaps:
-            notes.append(f"BVH: {own.name} filled in frames {_spans(fit, gaps)}")
+            notes.append(f"{own.name} filled in frames {_spans(fit, gaps)}")
     return slice(first, stop)
 
 

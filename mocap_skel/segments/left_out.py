@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
 from mocap_skel.segments.pose import Array
+from mocap_skel.segments.prepare import Prepared
 from mocap_skel.segments.shape import median
 from mocap_skel.segments.trouble import GAUSS, SKIN, SMALL, SPREADS, Mask
 from mocap_skel.text import counted
@@ -43,7 +44,11 @@ class LeftOut:
         return 1 + int((np.diff(self.frames) > 1).sum())
 
     def sentence(self) -> str:
-        """How many samples, where, and what it looks like."""
+        """How many samples, where, and what it looks like.
+
+        >>> LeftOut("LKNE", "UpperLeftLeg", "LKNE", np.array([7, 8, 9]), "RKNE").sentence()
+        'LKNE: 3 samples in frames 7-9 left its segment: swapped with RKNE?'
+        """
         name = self.marker if self.label == self.marker else f"{self.marker} (label {self.label})"
         many = len(self.frames) > 1
         where = f"frames {self.frames[0]}-{self.frames[-1]}" if many else f"frame {self.frames[0]}"
@@ -53,25 +58,18 @@ class LeftOut:
         return what + (f": swapped with {self.partner}?" if self.partner else "")
 
 
-def left_out(
-    clip: Clip,
-    columns: Mapping[str, Mapping[str, int]],
-    points: Mapping[str, Array],
-    masks: Mapping[str, Mask],
-    joints: Mapping[str, Array],
-) -> tuple[LeftOut, ...]:
+def left_out(clip: Clip, prepared: Prepared, joints: Mapping[str, Array]) -> tuple[LeftOut, ...]:
     """The markers with trouble, those with the most samples first.
 
     Args:
         clip: the recording.
-        columns: segment → marker → its column in the clip.
-        points: segment → markers (frames, M, 3) without the samples that are left out.
-        masks: segment → those samples, (frames, M); segments without any need none.
-        joints: segment → track (frames, 3) of its joint towards the parent.
+        prepared: its markers, and which of their samples were left out.
+        joints: segment → track (frames, 3) of its joint towards the parent, metres.
     """
+    columns, points = prepared.columns, prepared.points
     each = {
         (segment, m): mask[:, m]
-        for segment, mask in masks.items()
+        for segment, mask in prepared.masks.items()
         for m in np.flatnonzero(mask.any(axis=0)).tolist()
     }
     names = {segment: list(of) for segment, of in columns.items()}
@@ -103,7 +101,16 @@ def left_out(
 
 
 def notes(found: tuple[LeftOut, ...], samples: int) -> list[str]:
-    """One sentence for all and one for each of the markers with the most; samples: all there are."""
+    """One sentence for all samples that are left out, and one for each of the markers with the most.
+
+    Args:
+        found: the markers, those with the most samples first.
+        samples: how many the subject has in all.
+
+    >>> knee = LeftOut("LKNE", "UpperLeftLeg", "LKNE", np.array([7]))
+    >>> notes((knee,), 2000)[0]
+    'left out of the fit as marker trouble: 1 of 2000 samples (0.05 %)'
+    """
     if not found:
         return []
     count = sum(len(one.frames) for one in found)

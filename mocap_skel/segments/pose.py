@@ -21,7 +21,21 @@ LINE = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A segment's pose in every frame: rotation (frames, 3, 3), origin (frames, 3), metres."""
+    """A segment's pose in every frame: rotation (frames, 3, 3), origin (frames, 3), metres.
+
+    NaN in frames that do not determine it.
+
+    Example:
+        A segment that lies a metre above the lab's origin, its x axis along the lab's y.
+
+        >>> import numpy as np
+        >>> turn = np.array([[[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
+        >>> pose = Pose(turn, np.array([[0.0, 0.0, 1.0]]))
+        >>> pose.to_lab([0.3, 0.0, 0.0])
+        array([[0. , 0.3, 1. ]])
+        >>> pose.to_segment([[[0.0, 0.3, 1.0]]])
+        array([[[0.3, 0. , 0. ]]])
+    """
 
     rotation: Array
     origin: Array
@@ -42,10 +56,25 @@ class Pose:
 
 
 def triad(first: ArrayLike, second: ArrayLike, third: ArrayLike) -> Pose:
-    """The thesis's three-point frame (235)-(238), each point (frames, 3).
+    """The frame that three points span, the thesis's (235)-(238).
 
     x̂ points from the first to the second, ẑ ∝ (third - first) × x̂ (the differences are the erratum
     of (237)), ŷ = ẑ × x̂; the origin is the first point.
+
+    Args:
+        first, second, third: (frames, 3), metres, NaN = missing.
+
+    Returns:
+        NaN in frames in which a point is missing or the three lie on a line.
+
+    Example:
+        >>> pose = triad([[1.0, 0.0, 0.0]], [[3.0, 0.0, 0.0]], [[1.0, -1.0, 0.0]])
+        >>> pose.rotation.round(9) + 0.0
+        array([[[1., 0., 0.],
+                [0., 1., 0.],
+                [0., 0., 1.]]])
+        >>> triad([[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]], [[2.0, 0.0, 0.0]]).known
+        array([False])
     """
     p, q, r = (np.asarray(v, dtype=np.float64) for v in (first, second, third))
     rotation = _two_vector_frame(q - p, r - p)
@@ -76,12 +105,22 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def triad_pose(points: ArrayLike, template: ArrayLike, chosen: tuple[int, int, int]) -> Pose:
-    """Pose from the same three markers in every frame, in the template's coordinates.
+    """The pose by the same three markers in every frame, in the template's coordinates (case 1, 5.5.1.1).
 
     Args:
-        points: (frames, M, 3), metres.
-        template: (M, 3).
-        chosen: the three markers; a frame without all of them is NaN.
+        points: (frames, M, 3), metres, NaN = missing.
+        template: (M, 3), metres.
+        chosen: indices of the three markers.
+
+    Returns:
+        NaN in frames without all of the three, or with the three on a line.
+
+    Example:
+        >>> import numpy as np
+        >>> template = np.array([[0.0, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 0.1, 0.0]])
+        >>> pose = triad_pose(template[None] + [0.0, 0.0, 1.0], template, (0, 1, 2))
+        >>> pose.origin.round(9)
+        array([[0., 0., 1.]])
     """
     x = np.asarray(points, dtype=np.float64)
     t = np.asarray(template, dtype=np.float64)
@@ -92,19 +131,29 @@ def triad_pose(points: ArrayLike, template: ArrayLike, chosen: tuple[int, int, i
 
 
 def least_squares_pose(points: ArrayLike, template: ArrayLike, weights: ArrayLike) -> Pose:
-    """The pose that minimises Σ_m w_m |x_m - (p + R t_m)|² in each frame (Wahba's problem).
+    """The least-squares pose of each frame: the one that minimises Σ_m w_m |x_m - (p + R t_m)|² (Wahba 1965).
 
     Solved without SVD by Markley's FOAM (J. Astronaut. Sci. 41, 1993): the largest root of a quartic
     by Newton's method gives the optimal rotation as a rational function of B = Σ w (x - x̄) tᵀ.
 
     Args:
         points: (frames, M, 3), metres; may hold NaN where the weight is zero.
-        template: (M, 3).
+        template: (M, 3), metres.
         weights: (frames, M) or (M,), not negative; a point with a NaN gets weight zero.
 
     Returns:
         Rotations right-handed and orthonormal to rounding; NaN where the points with weight are
         fewer than three or lie on a line.
+
+    Example:
+        >>> import numpy as np
+        >>> template = np.array([[0.1, 0, 0], [-0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.08]])
+        >>> quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+        >>> points = (template @ quarter.T + [0.0, 0.0, 1.0])[None]
+        >>> points[0, 3] = np.nan  # three are enough
+        >>> pose = least_squares_pose(points, template, np.ones(4))
+        >>> print(np.abs(pose.rotation[0] - quarter).max() < 1e-12, pose.origin.round(9) + 0.0)
+        True [[0. 0. 1.]]
     """
     x = by_rows(points)
     w = np.asarray(weights, dtype=np.float64)
@@ -143,7 +192,14 @@ def wahba(x: Array, template: Array, weights: Array) -> tuple[Array, Array]:
 
 
 def nearest_rotation(matrices: ArrayLike) -> Array:
-    """Rotations (frames, 3, 3) nearest to matrices (frames, 3, 3), by SVD: slow, and right for any matrix."""
+    """The rotations (frames, 3, 3) nearest to matrices (frames, 3, 3), by SVD: slow, and right for any matrix.
+
+    Example:
+        >>> nearest_rotation([[[0.9, 0.0, 0.0], [0.0, 1.1, 0.0], [0.0, 0.0, 1.0]]])[0]
+        array([[1., 0., 0.],
+               [0., 1., 0.],
+               [0., 0., 1.]])
+    """
     u, _, vt = np.linalg.svd(np.asarray(matrices, dtype=np.float64))
     u[..., 2] *= np.linalg.det(u @ vt)[..., None]
     return np.asarray(u @ vt)
@@ -220,10 +276,26 @@ def one_marker_pose(
     template_joint: Array,
     template_axis: Array,
 ) -> Pose:
-    """Case 3: one marker, the joint centre and a vector fixed in the segment (249)-(255).
+    """The pose by one marker, the joint centre and a vector fixed in the segment (case 3, (249)-(255)).
 
     x̂ points from the marker to the joint, ẑ is the vector made perpendicular to x̂ (the erratum of
-    (252)), ŷ = ẑ × x̂. Lab tracks are (frames, 3), template points (3,).
+    (252)), ŷ = ẑ × x̂.
+
+    Args:
+        marker, joint: lab tracks (frames, 3), metres, NaN = missing.
+        axis: (frames, 3), the vector in the lab; its length does not matter.
+        template_marker, template_joint: (3,), the same in the segment's own coordinates.
+        template_axis: (3,), likewise.
+
+    Returns:
+        NaN in frames in which one of the three is missing, or the vector lies along x̂.
+
+    Example:
+        >>> import numpy as np
+        >>> lab = np.array([[1.0, 2.0, 3.0]]), np.array([[1.0, 2.5, 3.0]]), np.array([[0.0, 0.0, 1.0]])
+        >>> own = np.zeros(3), np.array([0.5, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+        >>> one_marker_pose(*lab, *own).to_lab([0.5, 0.0, 0.0])
+        array([[1. , 2.5, 3. ]])
     """
     here = _axis_frame(joint - marker, axis)
     there = _axis_frame((template_joint - template_marker)[None], template_axis[None])[0]

@@ -54,12 +54,26 @@ class Shape:
 
 
 def find_shape(points: Array, squares: Array | None = None) -> tuple[Shape, Pose] | None:
-    """The rigid shape behind points of shape (frames, M, 3) and its least-squares pose in every frame.
+    """The rigid shape of a segment's markers, and its least-squares pose in every frame.
 
     Closed form and blind to the order of frames: median squared distances give the configuration by
     classical scaling (Torgerson 1952), poses onto it give each point's median place and spread.
-    None if fewer than three points are ever seen together, or if they lie on a line. Squared median
-    distances (M, M) that are known already save the time to find them.
+
+    Args:
+        points: (frames, M, 3), metres, NaN = missing.
+        squares: (M, M), squared median distances, m², where they are known already.
+
+    Returns:
+        None if fewer than three points are ever seen together, or if they lie on a line.
+
+    Example:
+        >>> import numpy as np
+        >>> places = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.4, 0], [0, 0, 0.1]])
+        >>> shape, pose = find_shape(np.tile(places, (50, 1, 1)))
+        >>> print(np.linalg.norm(shape.template[1] - shape.template[2]).round(9))
+        0.5
+        >>> pose.to_lab(shape.template[1])[0].round(9) + 0.0
+        array([0.3, 0. , 0. ])
     """
     x = by_rows(points)
     template = _scaling(x, _squares(x) if squares is None else squares)
@@ -103,6 +117,17 @@ def median(values: Array) -> Array:
 
     np.median costs three times as much for short rows, np.nanmedian thirty times; both, like
     np.unique, import numpy.ma, 20 ms of a cold start.
+
+    Args:
+        values: (..., N).
+
+    Returns:
+        (...), of an even count of numbers the larger of the two in the middle.
+
+    Example:
+        >>> import numpy as np
+        >>> median(np.array([[4.0, 1.0, np.nan, 3.0], [1.0, 2.0, 3.0, 4.0]]))
+        array([3., 3.])
     """
     if not values.shape[-1]:
         return np.full(values.shape[:-1], np.nan)

@@ -18,6 +18,19 @@ def robust_centre(y: Array) -> Array:
     Least trimmed squares by concentration steps (Rousseeuw & Van Driessen 2006), each a closed-form
     algebraic fit of the samples that the last one left nearest to its spheres. A place to judge samples
     from, not an estimate: it is as biased by noise as GDKE.
+
+    Args:
+        y: (M, 3, F), metres, NaN = missing.
+
+    Example:
+        Every tenth sample is half a metre from its sphere about (0, 0, 1).
+
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> y = cap(np.random.default_rng(0), (1000,), np.pi / 3, radius=0.3) + [0.0, 0.0, 1.0]
+        >>> y[::10] += [0.3, 0.4, 0.0]
+        >>> print(np.abs(robust_centre(y.T[None]) - [0.0, 0.0, 1.0]).max() < 1e-9)
+        True
     """
     frames = np.flatnonzero(np.isfinite(y[:, 0]).any(axis=0))
     y = y[..., frames[:: len(frames) // ENOUGH + 1]]

@@ -84,7 +84,18 @@ def out_of_shape(x: Array) -> tuple[Array, Mask | None]:
         x: (M, 3, F), two markers or more, NaN = missing.
 
     Returns:
-        Squared median distances (M, M), and the samples (M, F), or None where there are none.
+        Squared median distances (M, M), m², and the samples (M, F), or None where there are none.
+
+    Example:
+        Two markers 30 cm apart, of which the second jumps by 10 cm for three frames.
+
+        >>> import numpy as np
+        >>> x = np.zeros((2, 3, 100))
+        >>> x[1, 0] = 0.3
+        >>> x[1, 0, 50:53] = 0.4
+        >>> squares, left = out_of_shape(x)
+        >>> print(np.sqrt(squares[0, 1]), np.argwhere(left).tolist())
+        0.3 [[1, 50], [1, 51], [1, 52]]
     """
     count, _, frames = x.shape
     first, second = np.array(list(combinations(range(count), 2))).T
@@ -126,6 +137,18 @@ def off_sphere(inside: Array, lab: Array, centre: Array) -> Mask | None:
 
     Returns:
         The samples, (frames, M), or None where there are none.
+
+    Example:
+        A marker that swings about a joint at the origin, and is somewhere else in three frames.
+
+        >>> import numpy as np
+        >>> angle = np.linspace(0.0, 6.0, 300)
+        >>> tilt = 0.5 + 0.3 * np.sin(5 * angle)
+        >>> way = np.sin(tilt) * np.cos(angle), np.sin(tilt) * np.sin(angle), np.cos(tilt)
+        >>> points = 0.3 * np.stack(way, axis=1)[:, None]
+        >>> points[100:103] += 0.2
+        >>> np.argwhere(off_sphere(points, points, np.zeros(3))).tolist()
+        [[100, 0], [101, 0], [102, 0]]
     """
     away = inside - centre
     radius = np.ascontiguousarray(np.sqrt(np.einsum("fmi,fmi->fm", away, away)).T)
@@ -160,8 +183,16 @@ def excursions(signals: Array, place: Array, floor: Array) -> Iterator[tuple[int
 
     Args:
         signals: (P, F), metres, NaN = missing.
-        place: (P,), where they belong.
+        place: (P,), where they belong, metres.
         floor: (P,), what is never far off, metres.
+
+    Example:
+        >>> import numpy as np
+        >>> signal = np.full((1, 50), 0.3)
+        >>> signal[0, 20:25] = 0.5
+        >>> ((row, found),) = excursions(signal, np.array([0.3]), np.array([0.02]))
+        >>> print(row, found.starts, found.stops)
+        0 [20] [25]
     """
     changes = _changes(signals)
     # Where no step makes enough of the least limit there is nothing to cut, and no limit needed.

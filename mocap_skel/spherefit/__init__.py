@@ -2,6 +2,19 @@
 
 Here belongs what knows points only: no marker set, no file, no command. It may import numpy (SciPy for the
 MLE, when it is asked for), `errors` and `extras`.
+
+The thesis is J. K. Knight, Rotation Points from Motion Capture Data Using a Closed Form Solution, 2008;
+docs/method.md has its equations, docs/estimators.md what each estimator costs and gains.
+
+Example:
+    >>> import numpy as np
+    >>> from mocap_skel.artificial.spheres import cap
+    >>> from mocap_skel.spherefit import fit_sphere
+    >>> rng = np.random.default_rng(0)
+    >>> x = cap(rng, (2000,), np.pi / 3, radius=0.2) + 0.001 * rng.normal(size=(2000, 3))
+    >>> fit = fit_sphere(x, "pratt")
+    >>> print(np.abs(fit.centre).max() < 0.001, fit.radius.round(3), fit.sigma.round(3))
+    True 0.2 0.001
 """
 
 from mocap_skel.spherefit.bounds import (

@@ -1,4 +1,4 @@
-"""How well a centre can be known: coverage, the criterion, effective samples, Cramér-Rao bounds."""
+"""How well a centre can be known: coverage, the largest noise, independent samples, Cramér-Rao bounds."""
 
 from __future__ import annotations
 
@@ -9,35 +9,72 @@ from mocap_skel.spherefit.moments import Array
 
 
 def coverage_angle(weakest_sd: ArrayLike, radius: ArrayLike) -> Array:
-    """Half-angle θ (radians) of the uniform cap whose weakest standard deviation is √λ_min.
+    """Half-angle of the even cap whose weakest spread is that of the points.
 
-    sin²(θ/2) = √3 √λ_min / r (``method.md`` section 3); π where even a whole sphere has less.
+    Points spread evenly over a cap of half-angle θ on a sphere of radius r have the standard deviation
+    (r/√3) sin²(θ/2) in the direction in which it is least (docs/method.md, coverage).
+
+    Args:
+        weakest_sd: √λ_min, the points' standard deviation in the direction in which it is least, metres.
+        radius: metres; any shape that broadcasts with the first.
+
+    Returns:
+        θ, radians; π where even a whole sphere has a smaller spread.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import coverage_angle
+        >>> print(np.degrees(coverage_angle(0.0433, radius=0.3)).round(1))
+        60.0
     """
     sine = np.sqrt(3.0) * np.asarray(weakest_sd) / np.maximum(radius, np.finfo(float).tiny)
     return np.asarray(2 * np.arcsin(np.sqrt(np.clip(sine, 0.0, 1.0))))
 
 
 def largest_noise(radius: ArrayLike, angle: ArrayLike) -> Array:
-    """The thesis's criterion: noise must stay below (r/√3) sin²(θ/2) for a cap of half-angle θ.
+    """Noise at which a cap stops to show its centre: σ < (r/√3) sin²(θ/2), the thesis's criterion (6.6).
 
-    That is the weakest standard deviation of a uniform cap, so this is `coverage_angle` the other
-    way round. Metres.
+    It is the weakest standard deviation of points spread evenly over the cap: `coverage_angle` the
+    other way round.
+
+    Args:
+        radius: metres.
+        angle: θ, the cap's half-angle, radians; any shape that broadcasts with the first.
+
+    Returns:
+        The largest σ, metres.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import largest_noise
+        >>> print(largest_noise(0.3, np.radians([20, 60, 180])).round(4))
+        [0.0052 0.0433 0.1732]
     """
     return np.asarray(np.asarray(radius) / np.sqrt(3.0) * np.sin(np.asarray(angle) / 2) ** 2)
 
 
 def crlb_circle(count: ArrayLike, sigma: ArrayLike, angle: ArrayLike) -> Array:
-    """Cramér-Rao bound of a circle seen on an arc of ± θ, thesis 6.6: covariance (..., 3, 3), m².
+    """Least covariance that a circle's centre and radius can have: the Cramér-Rao bound (thesis 6.6).
 
-    Of centre across the arc's axis, centre along it, radius, for points spread evenly over the arc.
+    For points spread evenly over an arc of ± θ, each with independent noise.
 
     Args:
         count: number of points.
         sigma: noise standard deviation, metres.
-        angle: θ, radians.
+        angle: θ, radians. The three may have any shapes (...) that broadcast.
+
+    Returns:
+        (..., 3, 3), m²: centre across the arc's axis (which runs from the centre to the arc's middle),
+        centre along it, radius.
 
     Raises:
         ValueError: an angle outside (0, π].
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import crlb_circle
+        >>> print(np.sqrt(np.diag(crlb_circle(100, 0.001, np.pi / 2))).round(5))
+        [0.00014 0.00032 0.00023]
     """
     theta = _checked(angle)
     sine, cosine = np.sin(theta), np.cos(theta)
@@ -51,7 +88,10 @@ def crlb_circle(count: ArrayLike, sigma: ArrayLike, angle: ArrayLike) -> Array:
 
 
 def _arc_terms(theta: Array) -> tuple[Array, Array]:
-    """Θ - cos θ sin θ and 2θ (θ + cos θ sin θ) - 4 sin² θ, whose leading digits cancel for small θ."""
+    """Θ - cos θ sin θ and 2θ (θ + cos θ sin θ) - 4 sin² θ, by their series where θ is small.
+
+    There the leading digits of the differences cancel.
+    """
     x = 2 * theta
     series = x < 0.2
     across = np.where(
@@ -68,18 +108,26 @@ def _arc_terms(theta: Array) -> tuple[Array, Array]:
 
 
 def crlb_sphere(count: ArrayLike, sigma: ArrayLike, angle: ArrayLike) -> Array:
-    """Cramér-Rao bound of a sphere seen on a cap of half-angle θ, thesis 6.6: covariance (..., 4, 4), m².
+    """Least covariance that a sphere's centre and radius can have: the Cramér-Rao bound (thesis 6.6).
 
-    Of the centre across the cap's axis (twice), along it, and the radius, for points spread evenly
-    over the cap.
+    For points spread evenly over a cap of half-angle θ, each with independent noise.
 
     Args:
         count: number of points.
         sigma: noise standard deviation, metres.
-        angle: θ, radians.
+        angle: θ, radians. The three may have any shapes (...) that broadcast.
+
+    Returns:
+        (..., 4, 4), m²: centre across the cap's axis (twice), centre along it, radius.
 
     Raises:
         ValueError: an angle outside (0, π].
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import crlb_sphere
+        >>> print(np.sqrt(np.diag(crlb_sphere(100, 0.001, np.pi))).round(6))
+        [0.000173 0.000173 0.000173 0.0001  ]
     """
     theta = _checked(angle)
     sine2, cosine2 = np.sin(theta / 2) ** 2, np.cos(theta / 2) ** 2
@@ -104,17 +152,25 @@ def _scaled(matrix: Array, factor: Array, count: ArrayLike, sigma: ArrayLike) ->
 
 
 def effective_counts(residuals: ArrayLike) -> Array:
-    """Independent samples in each marker's residual series: N / integrated autocorrelation time.
+    """Number of independent samples in each marker's residuals: N / integrated autocorrelation time.
 
     Noise of motion capture is correlated in time, so frames are not independent samples. The
-    autocorrelation is summed up to its first value that is not positive (Geyer 1992's initial
-    positive sequence, simplified).
+    autocorrelation is summed up to its first value that is not positive (after Geyer 1992, Practical
+    Markov chain Monte Carlo, initial positive sequence).
 
     Args:
-        residuals: (frames, M), NaN = missing.
+        residuals: (frames, M), any unit, NaN = missing.
 
     Returns:
-        (M,), between 1 and N (0 for a marker without samples).
+        (M,), between 1 and N; 0 for a marker without samples.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import effective_counts
+        >>> white = np.random.default_rng(0).normal(size=(1000, 1))
+        >>> slow = np.repeat(white[:100], 10, axis=0)
+        >>> print(effective_counts(slow) < 0.2 * effective_counts(white))
+        [ True]
     """
     e = np.asarray(residuals, dtype=np.float64).T
     seen = np.isfinite(e)
@@ -145,15 +201,23 @@ def effective_counts(residuals: ArrayLike) -> Array:
 
 
 def common_markers(residuals: ArrayLike, away: ArrayLike) -> float:
-    """How many markers tell the same of a centre, 1 for independent ones up to their number.
+    """How many markers tell the same of a centre: 1 if all are independent, at most their number.
 
-    What a sample says of the centre is its residual times its direction; where markers have noise in common,
-    as that of the frame they are seen in, the variance of the sum over markers is larger than the sum of the
-    variances, by this ratio (the design effect of a cluster sample, Kish 1965).
+    What a sample says of the centre is its residual times its direction. Where markers have noise in
+    common, as that of the frame they are seen in, the variance of the sum over markers is larger than the
+    sum of their variances, by this ratio (the design effect of a cluster sample, Kish 1965).
 
     Args:
-        residuals: (frames, M), NaN = missing.
-        away: (frames, M, 3), the markers from their means.
+        residuals: (frames, M), metres, NaN = missing.
+        away: (frames, M, 3), the markers from their means, metres.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import common_markers
+        >>> rng = np.random.default_rng(0)
+        >>> noise, away = rng.normal(size=(50, 1)), rng.normal(size=(50, 1, 3))
+        >>> print(round(common_markers(np.repeat(noise, 3, axis=1), np.repeat(away, 3, axis=1)), 6))
+        3.0
     """
     e, d = np.asarray(residuals, dtype=np.float64), np.asarray(away, dtype=np.float64)
     pull = np.where(np.isfinite(e)[..., None], e[..., None] * d, 0.0)
@@ -163,16 +227,24 @@ def common_markers(residuals: ArrayLike, away: ArrayLike) -> float:
 
 
 def smooth_share(residuals: ArrayLike) -> Array:
-    """Share of the variance of each marker's residual series that the frame before already had.
+    """Share of each marker's residual variance that stays from one frame to the next.
 
-    The correlation of neighbours less twice its own standard error (1/√N for independent noise): 0 for
+    The correlation of neighbours, less twice its own standard error (1/√N for independent noise): 0 for
     noise of cameras, near 1 for skin, which moves with the body.
 
     Args:
-        residuals: (frames, M), NaN = missing.
+        residuals: (frames, M), any unit, NaN = missing.
 
     Returns:
         (M,), between 0 and 1; 0 where no two frames follow each other.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import smooth_share
+        >>> skin = np.sin(np.linspace(0, 20, 1000))
+        >>> noise = np.random.default_rng(1).normal(size=1000)
+        >>> print(smooth_share(np.column_stack([skin, noise])).round(2))
+        [0.94 0.  ]
     """
     e = np.asarray(residuals, dtype=np.float64)
     both = np.isfinite(e[1:]) & np.isfinite(e[:-1])
@@ -197,22 +269,34 @@ def centre_covariance(
     reach: ArrayLike,
     weights: Array | None = None,
 ) -> Array:
-    """Covariance of a fitted centre, (D, D), m²: [A B⁻¹ A + I / reach²]⁻¹.
+    """Covariance of a fitted centre, from the spread of the points and the noise that they have.
 
-    A = Σ_p W_p C_p is the system that was solved and B = Σ_p W_p² r_p² σ_p² C_p / N_p the covariance of
-    its right side, with effective sample counts N_p. For the weights W_p = N_p / (r_p σ_p)² that
-    markers deserve, A B⁻¹ A is Σ_p N_p C_p / (r_p σ_p)²: the data-based Cramér-Rao bound (``method.md``
-    section 3). In a direction that the data do not show the covariance would be infinite; what is known
-    there is only that the joint lies within reach of its markers.
+    [A B⁻¹ A + I / reach²]⁻¹, where A = Σ_p W_p C_p is the system that was solved and
+    B = Σ_p W_p² r_p² σ_p² C_p / N_p the covariance of its right side, with effective sample counts N_p. For
+    the weights W_p = N_p / (r_p σ_p)² that markers deserve, A B⁻¹ A is Σ_p N_p C_p / (r_p σ_p)²: the
+    Cramér-Rao bound for the points that were measured (docs/method.md, standard error). In a direction
+    that the data do not show the covariance would be infinite; what is known there is only that the joint
+    lies within reach of its markers.
 
     Args:
         covariance: (M, D, D), the markers' covariance without noise, m².
         counts: (M,), effective samples.
         radius: (M,), metres.
         noise: (M,), variance of the radial residuals, m².
-        reach: a length in metres.
+        reach: how far the centre can be, metres.
         weights: (M,), how much all samples of each marker counted together; those that they deserve if
             None.
+
+    Returns:
+        (D, D), m².
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import centre_covariance
+        >>> flat = np.diag([0.01, 0.01, 0.0])[None]  # a marker that moves in a plane
+        >>> found = centre_covariance(flat, np.array([100.0]), np.array([0.2]), np.array([1e-6]), 0.4)
+        >>> print(np.sqrt(np.diag(found)).round(5).tolist())
+        [0.0002, 0.0002, 0.4]
     """
     # Exact data have no residual; rounding of the places is the least that there is.
     least = (64 * np.finfo(float).eps * np.maximum(np.asarray(reach), np.finfo(float).eps)) ** 2

@@ -2,7 +2,8 @@
 
 Every estimator takes the moments of M markers on concentric spheres, batch shape (..., M), and
 gives one centre for them and a radius each; a single point set may come without the marker axis.
-All solve the same linear system and differ in what they take away from C (``method.md`` section 2).
+All solve the same linear system and differ in the noise that they take away from C (docs/estimators.md).
+The thesis is J. K. Knight, Rotation Points from Motion Capture Data Using a Closed Form Solution, 2008.
 """
 
 from __future__ import annotations
@@ -24,13 +25,28 @@ from mocap_skel.spherefit.system import (
 
 
 def gdke(m: Moments, *, strict: bool = True) -> SphereFit:
-    """Generalised Delogne-Kåsa: the algebraic least-squares sphere, biased towards noisy points.
+    """Generalised Delogne-Kåsa: the least-squares sphere of |x - c|² - r², without any noise taken away.
 
-    Equal to LLS, and for several markers to Gamage & Lasenby 2002. With ``strict=False`` a
-    degenerate member of a batch is NaN instead of an error.
+    Its centre is too near to noisy points where they cover little of the sphere. The answer equals that of
+    `lls`; for several markers it is that of Gamage and Lasenby 2002 (J. Biomech. 35, 87).
+
+    Args:
+        m: moments, batch shape (..., M) or ().
+        strict: raise for a degenerate member of a batch; otherwise its centre and radii are NaN.
+
+    Returns:
+        Centre (..., D) and radii (..., M), metres, with what the points say of them.
 
     Raises:
         DegenerateSphereError: fewer than D + 1 points, or points in a plane, on a line, all equal.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import gdke, sphere_moments
+        >>> x = [[3, 0, 0], [1, 2, 0], [1, 0, 2], [-1, 0, 0], [1, -2, 0]]
+        >>> fit = gdke(sphere_moments(x))  # about (1, 0, 0)
+        >>> print(np.abs(fit.centre - [1, 0, 0]).max() < 1e-9, fit.radius.round(6))
+        True 2.0
     """
     return mgdk(m, 0.0, strict=strict)
 
@@ -38,7 +54,27 @@ def gdke(m: Moments, *, strict: bool = True) -> SphereFit:
 def ugdk(
     m: Moments, sigma: ArrayLike, shape: ArrayLike | None = None, *, strict: bool = True
 ) -> SphereFit:
-    """Unbiased GDK (thesis 6.6): `mgdk` under the name that it has for one marker."""
+    """Unbiased GDK (thesis 6.6): `mgdk` under the name that it has for one marker.
+
+    Args:
+        m: moments, batch shape (...) with or without a marker axis.
+        sigma: noise standard deviation, metres.
+        shape: as for `mgdk`.
+        strict: as for `mgdk`.
+
+    Raises:
+        DegenerateSphereError: as for `mgdk`.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import gdke, sphere_moments, ugdk
+        >>> rng = np.random.default_rng(0)
+        >>> x = cap(rng, (5000,), np.pi / 4, radius=0.2) + 0.005 * rng.normal(size=(5000, 3))
+        >>> m = sphere_moments(x)
+        >>> print(gdke(m).centre[2] > 0.01, abs(ugdk(m, sigma=0.005).centre[2]) < 0.003)
+        True True
+    """
     return mgdk(m, sigma, shape, strict=strict)
 
 
@@ -52,16 +88,32 @@ def mgdk(
 ) -> SphereFit:
     """Unbiased GDK of one or several markers about one centre (thesis 6.6).
 
+    c = [Σ_p (C_p - Σ̂_p)]⁻¹ Σ_p [(C_p - Σ̂_p) x̄_p + ½ S_p]: GDKE with the covariance of the noise taken
+    away from that of the points.
+
     Args:
         m: moments, batch shape (..., M) or ().
-        sigma: noise standard deviation in metres, shape () or (...).
-        shape: Σ̂_p / sigma², shape (..., M, D, D) or (D, D); the unit matrix if None.
+        sigma: noise standard deviation, metres, shape () or (...).
+        shape: Σ̂_p / sigma², the noise by direction, shape (..., M, D, D) or (D, D); the unit matrix if None.
         weights: (..., M), how much each marker's samples count, not negative; all alike if None, as
-            in the thesis. `noise.marker_weights` gives those that markers of different noise deserve.
-        strict: raise for a degenerate member of a batch; otherwise it is NaN.
+            in the thesis. `marker_weights` gives those that markers of different noise deserve.
+        strict: raise for a degenerate member of a batch; otherwise its centre and radii are NaN.
+
+    Returns:
+        Centre (..., D) and radii (..., M), metres, with what the points say of them.
 
     Raises:
-        DegenerateSphereError: as `gdke`, or the noise is no smaller than the points' weakest spread.
+        DegenerateSphereError: as for `gdke`, or the noise is no smaller than the points' weakest spread.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import mgdk, sphere_moments
+        >>> rng = np.random.default_rng(0)
+        >>> x = np.stack([cap(rng, (500,), 1.0, radius) for radius in (0.2, 0.3)])  # two markers
+        >>> fit = mgdk(sphere_moments(x + 0.001 * rng.normal(size=x.shape)), sigma=0.001)
+        >>> print(np.abs(fit.centre).max() < 0.001, fit.radius.round(2))
+        True [0.2 0.3]
     """
     m, alone = with_marker_axis(m)
     system = pool(m, shape, weights)
@@ -83,13 +135,31 @@ def mgdk(
 
 
 def pratt(m: Moments, *, strict: bool = True) -> SphereFit:
-    """Pratt's normalisation (Chang & Pollard 2007 for several markers): needs no noise level.
+    """Pratt's fit: needs no noise level, since it finds one from the points' own residual.
 
-    Setting its 5 x 5 eigenproblem out shows that it is UGDK with σ² = η, the smallest root of a
-    decreasing function on [0, λ_min(C)): an estimate of the noise that cannot run away.
+    Chang and Pollard 2007 (J. Biomech. 40, 1392) for several markers. Their generalised eigenproblem comes down to
+    UGDK with σ² = η, the smallest root of a falling function on [0, λ_min(C)): an estimate of the noise
+    that never reaches the points' weakest spread.
+
+    Args:
+        m: moments, batch shape (..., M) or ().
+        strict: raise for a degenerate member of a batch; otherwise its centre and radii are NaN.
+
+    Returns:
+        Centre (..., D), radii (..., M) and `sigma` (...), metres.
 
     Raises:
-        DegenerateSphereError: as `gdke`.
+        DegenerateSphereError: as for `gdke`.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import pratt, sphere_moments
+        >>> rng = np.random.default_rng(0)
+        >>> x = cap(rng, (5000,), np.pi / 4, radius=0.2) + 0.005 * rng.normal(size=(5000, 3))
+        >>> fit = pratt(sphere_moments(x))
+        >>> print(fit.sigma.round(3), abs(fit.centre[2]) < 0.003)
+        0.005 True
     """
     m, alone = with_marker_axis(m)
     system = pool(m, None, None)
@@ -102,20 +172,33 @@ def sgdk(
     shape: ArrayLike | None = None,
     weights: ArrayLike | None = None,
 ) -> SphereFit:
-    """MGDK in the directions that stand above the noise only: for hinges and near-planar motion.
+    """MGDK in the directions in which the points stand above the noise: for hinges and planar motion.
 
-    A direction is solved where the points' own variance in it, without the noise, exceeds the noise
-    (the thesis's criterion σ < √λ, ``method.md`` section 3). Along the others the centre stays
-    level with the mean of the points, and the weakest is returned as the null vector.
+    A direction is solved where the points' own variance in it, without the noise, exceeds the noise (the
+    thesis's criterion σ < √λ, 6.6). Along the others the centre stays level with the mean of the points,
+    and the weakest of them is the fit's `null` vector: a hinge's axis.
 
     Args:
         m: moments, batch shape (..., M) or ().
-        sigma: noise standard deviation in metres, () or (...). Without it, or where it is larger
+        sigma: noise standard deviation, metres, () or (...). Without it, or where it is larger
             than what the points' own residual shows, Pratt's noise is used.
-        shape, weights: as for `mgdk`.
+        shape: as for `mgdk`.
+        weights: as for `mgdk`.
+
+    Returns:
+        Centre (..., D) and radii (..., M), metres; `rank` (...), how many directions were solved.
 
     Raises:
         DegenerateSphereError: no marker has two points.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import sgdk, sphere_moments
+        >>> angle = np.linspace(0, 1.5, 100)
+        >>> arc = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])  # a hinge about z
+        >>> fit = sgdk(sphere_moments(arc))
+        >>> print(int(fit.rank), np.abs(fit.null).round(6), np.abs(fit.centre).max() < 1e-9)
+        2 [0. 0. 1.] True
     """
     m, alone = with_marker_axis(m)
     if bool((m.count.max(axis=-1) < 2).any()):
@@ -134,7 +217,15 @@ def sgdk(
 
 
 def linear_system(m: Moments, sigma: float) -> tuple[Array, Array, Array]:
-    """The system A (c - middle) = b that `mgdk` solves: middle (..., D), A (..., D, D), b (..., D)."""
+    """The system A (c - middle) = b that `mgdk` solves, for those who solve it by themselves.
+
+    Args:
+        m: moments, batch shape (..., M) or ().
+        sigma: noise standard deviation, metres.
+
+    Returns:
+        middle (..., D), A (..., D, D) and b (..., D).
+    """
     system = pool(with_marker_axis(m)[0], None, None)
     unit = np.eye(m.mean.shape[-1])
     return system.middle, system.covariance - sigma**2 * unit, system.cross
@@ -148,13 +239,13 @@ def found_elsewhere(
     sigma: float = 0.0,
     converged: bool = True,
 ) -> SphereFit:
-    """A centre (D,) that did not come from the moments (M,), with what these say of the points.
+    """A fit whose centre (D,) did not come from the moments (M,), with what these say of the points.
 
     Args:
         m: moments of the points.
-        centre: the centre.
-        radius: (M,); what the moments give about that centre if None.
-        sigma: the noise that was taken away to find it.
+        centre: the centre, metres.
+        radius: (M,), metres; what the moments give about that centre if None.
+        sigma: the noise that was taken away to find it, metres.
         converged: whether it was reached.
     """
     m, alone = with_marker_axis(m)
@@ -173,9 +264,27 @@ def found_elsewhere(
 
 
 def allowed_sigma(m: Moments, sigma: ArrayLike, shape: ArrayLike | None = None) -> Array:
-    """Sigma (...), or the noise standard deviation that the points' own residual shows if that is less.
+    """Sigma, or the noise standard deviation that the points' own residual shows if that is less.
 
     Pratt's noise is the same in all directions, so it bounds what the shape has in all of them.
+
+    Args:
+        m: moments, batch shape (..., M) or ().
+        sigma: noise standard deviation, metres, () or (...).
+        shape: Σ̂_p / sigma², as for `mgdk`.
+
+    Returns:
+        (...), metres.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import allowed_sigma, sphere_moments
+        >>> rng = np.random.default_rng(0)
+        >>> x = cap(rng, (5000,), 1.0, radius=0.2) + 0.002 * rng.normal(size=(5000, 3))
+        >>> m = sphere_moments(x)
+        >>> print(allowed_sigma(m, 0.001).round(3), allowed_sigma(m, 0.1).round(3))
+        0.001 0.002
     """
     system = pool(with_marker_axis(m)[0], shape, None)
     return np.asarray(np.sqrt(_allowed_noise(system, sigma)))
@@ -213,7 +322,7 @@ def _pratt_function(system: System, projected: Array, eta: Array) -> tuple[Array
 
 
 def _pratt_noise(system: System) -> Array:
-    """η of Pratt's fit, shape (...), m²: the noise variance that the points' own residual shows.
+    """The noise variance η that the points' own residual shows in Pratt's fit, shape (...), m².
 
     With f = |x|² about the middle, λ_k and g_k the covariance with f in the eigenvectors of C, it is
     the root of var f - Σ g_k²/(λ_k - η) - 4 η mean f - 4 η² in [0, λ_min), where the left side falls
@@ -237,10 +346,26 @@ def _pratt_noise(system: System) -> Array:
 
 
 def radial_variance(m: Moments, fit: SphereFit) -> Array:
-    """Mean square radial residual of each marker, (..., M), m², from the moments alone.
+    """Variance of each marker's radial residuals about a fit, from the moments alone.
 
-    |x - c|² - its mean is 2 r times the radial residual to first order, and its variance follows
+    |x - c|² less its mean is 2 r times the radial residual to first order, and its variance follows
     from C, S and the fourth moment.
+
+    Args:
+        m: moments, batch shape (..., M) or ().
+        fit: its centre (..., D) is used.
+
+    Returns:
+        (..., M), or () without a marker axis, m².
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import pratt, radial_variance, sphere_moments
+        >>> rng = np.random.default_rng(0)
+        >>> m = sphere_moments(cap(rng, (5000,), 1.0, 0.2) + 0.002 * rng.normal(size=(5000, 3)))
+        >>> print(np.sqrt(radial_variance(m, pratt(m))).round(3))
+        0.002
     """
     m, alone = with_marker_axis(m)
     away = fit.centre[..., None, :] - m.mean

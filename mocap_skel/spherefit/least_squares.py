@@ -1,7 +1,7 @@
 """Spheres by least squares over the points: the linear system (LLS) and the geometric fit (MLE).
 
-Both are here to be compared with: LLS gives GDKE's answer at ten times the price, the MLE is what the
-closed forms are measured by.
+Both are here for comparison: LLS gives GDKE's answer in ten times the time (thesis Table 4), and the
+MLE is the reference for accuracy.
 """
 
 from __future__ import annotations
@@ -24,15 +24,27 @@ PLANE = 1e4
 def lls(points: ArrayLike, moments: Moments | None = None) -> SphereFit:
     """Linear least squares on |x|² = 2 c·x + k_p, a system of N rows and D + M columns, by SVD.
 
-    The thesis's LLS (Table 4), for several markers that of Gamage & Lasenby 2002. As published, so
+    The thesis's LLS (Table 4), for several markers that of Gamage and Lasenby 2002. As published, so
     without a shift to the points: the digits that it loses are lost here too.
 
     Args:
         points: (M, N, D) or (N, D), metres, NaN = missing.
         moments: of the points, for what the fit tells beside its answer; made from them if None.
 
+    Returns:
+        Centre (D,) and radii (M,), or () without a marker axis, metres.
+
     Raises:
         DegenerateSphereError: too few points, or points that do not span a sphere.
+        ValueError: points of another number of axes.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import lls
+        >>> x = np.array([[3.0, 0, 0], [1, 2, 0], [1, 0, 2], [-1, 0, 0], [1, -2, 0]])
+        >>> fit = lls(x)
+        >>> print((fit.centre + 0.0).round(6) + 0.0, fit.radius.round(6))
+        [1. 0. 0.] 2.0
     """
     centre, radius = lls_answer(points)
     return found_elsewhere(sphere_moments(points) if moments is None else moments, centre, radius)
@@ -62,24 +74,34 @@ def mle(
     most: int = 200,
     moments: Moments | None = None,
 ) -> SphereFit:
-    """The geometric fit: minimise Σ_p Σ_i ((|x_pi - c| - r_p) / σ_p)² over c and the radii.
+    """The geometric fit: the sphere that minimises Σ_p Σ_i ((|x_pi - c| - r_p) / σ_p)².
 
     Levenberg-Marquardt with the analytic Jacobian (MINPACK's, through SciPy): the maximum-likelihood
-    answer for isotropic noise that is small beside the radius.
+    answer for isotropic noise that is small beside the radius (thesis Table 4).
 
     Args:
         points: (M, N, D) or (N, D), metres, NaN = missing.
         sigma: noise standard deviations of the markers, (M,), or one; only their ratios count.
-        start: centre to start from, (D,); Pratt's if None.
+        start: centre to start from, (D,), metres; Pratt's if None.
         most: evaluations before it gives up.
         moments: of the points; made from them if None.
 
     Returns:
-        A fit whose `converged` tells whether the minimum was reached.
+        Centre (D,) and radii (M,), metres; `converged` tells whether the minimum was reached.
 
     Raises:
         DegenerateSphereError: too few points, or points that do not span a sphere.
         MissingExtraError: SciPy is not installed.
+        ValueError: points of another number of axes.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import mle
+        >>> rng = np.random.default_rng(0)
+        >>> fit = mle(cap(rng, (1000,), 1.0, 0.2) + 0.001 * rng.normal(size=(1000, 3)))
+        >>> print(np.abs(fit.centre).max() < 0.001, fit.radius.round(2), fit.converged)
+        True 0.2 True
     """
     m = sphere_moments(_checked(points)) if moments is None else moments
     # Also where a start is given: it tells whether the points span a sphere.

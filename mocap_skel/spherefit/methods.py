@@ -31,22 +31,34 @@ def fit_sphere(
     weights: ArrayLike | None = None,
     moments: Moments | None = None,
 ) -> SphereFit:
-    """Fit one centre to points of one marker or of several, by any of `METHODS`.
+    """Fit one centre to the points of one marker or of several, by any of `METHODS`.
 
     Args:
         points: (M, N, D) or (N, D), metres, NaN = missing.
         method: one of `METHODS`. All take several markers: ugdk is mgdk then, gdke and lls are Gamage
-            & Lasenby 2002, pratt is Chang & Pollard 2007.
+            and Lasenby 2002, pratt is Chang and Pollard 2007.
         sigma: noise standard deviation, metres; Pratt's if None. gdke, lls, mle and pratt need none.
         noise: Σ̂_p / sigma², (M, D, D) or (D, D), for ugdk, mgdk and sgdk; the unit matrix if None.
         weights: (M,), for ugdk, mgdk and sgdk.
         moments: those of the points, where they are known already or have been corrected.
 
+    Returns:
+        Centre (D,) and radii (M,), or () without a marker axis, metres, with what the points say of them.
+
     Raises:
-        ValueError: no such method.
+        ValueError: no such method, or points of another number of axes.
         DegenerateSphereError: the points do not determine a sphere; for lls and mle also if one of
             several markers has no point, whose radius the others leave NaN.
         MissingExtraError: mle without SciPy.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import METHODS, fit_sphere
+        >>> x = np.random.default_rng(0).normal(size=(200, 3))
+        >>> x = 0.3 * x / np.linalg.norm(x, axis=1, keepdims=True) + [1.0, 2.0, 3.0]
+        >>> for method in METHODS:
+        ...     fit = fit_sphere(x, method)
+        ...     assert np.allclose(fit.centre, [1, 2, 3]) and np.allclose(fit.radius, 0.3)
     """
     if method not in METHODS:
         raise ValueError(f"method must be one of {METHODS}, got {method!r}")

@@ -16,8 +16,8 @@ Array = NDArray[np.float64]
 class Moments:
     """Moments of point sets in D dimensions; any leading axes are a batch (markers, joints, subsets).
 
-    With d = x - mean, sums run over the points and are divided by N - 1 (the thesis's x̄, C and S;
-    ``method.md`` section 1):
+    With d = x - mean, sums run over the points and are divided by N - 1 (x̄, C and S of thesis 6.6,
+    docs/method.md). Those of a part of a batch come by index: ``m[2]``, ``m[:, None]``.
 
     Attributes:
         count: number of points, shape (...).
@@ -26,6 +26,12 @@ class Moments:
         third: S = Σ d |d|² / (N-1), shape (..., D), m³.
         fourth: Σ |d|⁴ / (N-1), shape (...), m⁴; it makes residuals and the Pratt fit possible
             without a second pass over the points.
+
+    Example:
+        >>> from mocap_skel.spherefit import Moments, sphere_moments
+        >>> m = sphere_moments([[0.0, 0.0], [2.0, 0.0], [4.0, 0.0]])
+        >>> isinstance(m, Moments), float(m.count), m.mean.tolist(), m.covariance.tolist()
+        (True, 3.0, [2.0, 0.0], [[4.0, 0.0], [0.0, 0.0]])
     """
 
     count: Array
@@ -53,13 +59,26 @@ _LOOKED_AT = 32
 
 
 def sphere_moments(points: ArrayLike) -> Moments:
-    """Moments of points of shape (..., N, D), metres; a point with a NaN in any coordinate is dropped.
+    """Moments of points: one pass over them, in memory that does not grow with their number.
 
-    One pass over the points, in memory that does not grow with them. Fewer than two points have zero
-    moments, none at all the mean zero.
+    A point with a NaN or an infinity in any coordinate is dropped. Fewer than two points have zero moments,
+    none at all the mean zero.
+
+    Args:
+        points: (..., N, D), metres.
+
+    Returns:
+        Moments of batch shape (...).
 
     Raises:
         ValueError: the array has fewer than two axes.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import sphere_moments
+        >>> clip = np.random.default_rng(0).normal(size=(1000, 41, 3))  # frames, markers, coordinates
+        >>> sphere_moments(clip.swapaxes(0, 1)).covariance.shape
+        (41, 3, 3)
     """
     x = np.asarray(points)
     if x.dtype.kind not in "fiu":
@@ -156,7 +175,19 @@ def central_moments(count: Array, place: Array, gram: Array) -> Moments:
 
 
 def merge_moments(a: Moments, b: Moments) -> Moments:
-    """Moments of the union of two disjoint point sets, exact (Chan et al. 1983; Pébay 2008)."""
+    """Moments of the union of two disjoint point sets, exact (Chan et al. 1983; Pébay 2008).
+
+    Args:
+        a, b: moments whose batch shapes broadcast.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import merge_moments, sphere_moments
+        >>> x = np.random.default_rng(0).normal(size=(100, 3))
+        >>> both = merge_moments(sphere_moments(x[:30]), sphere_moments(x[30:]))
+        >>> np.allclose(both.third, sphere_moments(x).third)
+        True
+    """
     n = a.count + b.count
     mean = (a.count[..., None] * a.mean + b.count[..., None] * b.mean) / np.maximum(n, 1.0)[
         ..., None
@@ -173,7 +204,22 @@ def merge_moments(a: Moments, b: Moments) -> Moments:
 
 
 def moved_moments(m: Moments, rotation: Array, shift: Array) -> Moments:
-    """Moments of the points y = rotation x + shift, for a rotation (D, D) and a shift (D,), metres."""
+    """Moments of the points y = rotation x + shift.
+
+    Args:
+        m: moments of the points x, any batch shape.
+        rotation: (D, D).
+        shift: (D,), metres.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import moved_moments, sphere_moments
+        >>> x = np.random.default_rng(0).normal(size=(100, 3))
+        >>> turn, shift = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([1, 2, 3])
+        >>> moved = moved_moments(sphere_moments(x), turn, shift)
+        >>> np.allclose(moved.third, sphere_moments(x @ turn.T + shift).third)
+        True
+    """
     turned = rotation @ m.covariance @ rotation.T
     return Moments(m.count, m.mean @ rotation.T + shift, turned, m.third @ rotation.T, m.fourth)
 

@@ -1,6 +1,6 @@
-"""The measurement noise Σ̂ from the points themselves: a level a marker, or a whole matrix.
+"""The measurement noise Σ̂ from the points themselves: a level for each marker, or a whole matrix.
 
-What a fit takes away from C decides its bias, and thesis 6.7 leaves open where it comes from.
+The noise that a fit takes away from C decides its bias; thesis 6.7 leaves open how to find it.
 """
 
 from __future__ import annotations
@@ -27,6 +27,14 @@ class MarkerNoise:
         sigma: (..., M), metres.
         weights: (..., M), what the samples of each are worth (`marker_weights`).
         converged: (...), whether the fixed point was reached.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import MarkerNoise, marker_noise, sphere_moments
+        >>> found = marker_noise(sphere_moments(cap(np.random.default_rng(0), (1, 100), 1.0)))
+        >>> isinstance(found, MarkerNoise), bool(found.sigma[0] < 1e-6), bool(found.converged)
+        (True, True, True)
     """
 
     sigma: Array
@@ -35,21 +43,44 @@ class MarkerNoise:
 
 
 def isotropic(sigma: ArrayLike, dimension: int) -> Array:
-    """Σ̂_p = σ_p² I, (..., M, D, D), from standard deviations (..., M)."""
+    """Noise matrices that are the same in all directions: Σ̂_p = σ_p² I.
+
+    Args:
+        sigma: (..., M), metres.
+        dimension: D.
+
+    Returns:
+        (..., M, D, D), m².
+
+    Example:
+        >>> from mocap_skel.spherefit import isotropic
+        >>> isotropic([1.0, 2.0], 2).tolist()
+        [[[1.0, 0.0], [0.0, 1.0]], [[4.0, 0.0], [0.0, 4.0]]]
+    """
     return np.asarray(np.asarray(sigma)[..., None, None] ** 2 * np.eye(dimension))
 
 
 def marker_noise(m: Moments, *, bounded: bool = True) -> MarkerNoise:
-    """A noise level for each marker, by the fixed point of ``method.md`` section 4.
+    """A noise level for each marker, from the radial residuals about a fit that knows these levels.
 
-    The markers' radial residuals about the fit give their noise, the noise gives the next fit, both
-    from the moments alone. With little coverage the plain fixed point runs away: too much noise gives
-    too near a centre, which leaves no smaller residuals. So the common level is bounded by the
-    pooled points' own (Pratt's), and the fixed point finds how the markers share it.
+    The residuals give the noise, the noise gives the next fit, both from the moments alone, until neither
+    changes. With little coverage this fixed point runs away: too much noise gives too near a centre, which
+    leaves no smaller residuals. So the common level is bounded by the pooled points' own (Pratt's), and
+    the fixed point finds how the markers share it.
 
     Args:
         m: moments, batch shape (..., M).
         bounded: False leaves the bound out, for studies.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import marker_noise, sphere_moments
+        >>> rng = np.random.default_rng(0)
+        >>> noise = np.array([0.001, 0.004])
+        >>> x = cap(rng, (2, 5000), 1.0, 0.2) + noise[:, None, None] * rng.normal(size=(2, 5000, 3))
+        >>> print(marker_noise(sphere_moments(x)).sigma.round(4))
+        [0.001 0.004]
     """
     first = pratt(m, strict=False)
     sigma2 = np.repeat(first.sigma[..., None] ** 2, m.count.shape[-1], axis=-1)
@@ -81,9 +112,21 @@ def marker_noise(m: Moments, *, bounded: bool = True) -> MarkerNoise:
 
 
 def marker_weights(radius: ArrayLike, sigma: ArrayLike) -> Array:
-    """(..., M): 1 / (r_p σ_p)², the largest 1: what a marker's samples are worth in `mgdk`.
+    """What each marker's samples are worth in `mgdk`: 1 / (r_p σ_p)², the largest 1.
 
     |x - c|² - r² is 2 r times the radial residual, so its standard deviation is 2 r_p σ_p.
+
+    Args:
+        radius: (..., M), metres, NaN for a marker that was never seen.
+        sigma: noise standard deviations, metres, of a shape that broadcasts with it.
+
+    Returns:
+        (..., M), from 0 to 1; 0 without a radius.
+
+    Example:
+        >>> from mocap_skel.spherefit import marker_weights
+        >>> print(marker_weights([0.1, 0.2, 0.1], [0.001, 0.001, 0.002]).round(6))
+        [1.   0.25 0.25]
     """
     r, s = np.broadcast_arrays(np.asarray(radius, dtype=np.float64), sigma)
     cost = np.where(np.isfinite(r), r * s, np.inf) ** 2
@@ -95,7 +138,7 @@ def marker_weights(radius: ArrayLike, sigma: ArrayLike) -> Array:
 
 
 def radial_noise_matrix(points: ArrayLike, fit: SphereFit) -> Array:
-    """The whole noise matrix Σ̂, (D, D), m², from the radial residuals about a fit: for thesis 6.7.
+    """The whole noise matrix Σ̂ from the radial residuals about a fit (thesis 6.7 asks for one).
 
     Along the unit direction u from the centre, noise of covariance Σ leaves a squared residual of uᵀΣu
     on average: a linear regression on the D (D+1) / 2 products of u. A cap shows only some of them; the
@@ -105,6 +148,19 @@ def radial_noise_matrix(points: ArrayLike, fit: SphereFit) -> Array:
     Args:
         points: (M, N, D) or (N, D), metres, NaN = missing.
         fit: of these points.
+
+    Returns:
+        (D, D), m².
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import pratt, radial_noise_matrix, sphere_moments
+        >>> rng = np.random.default_rng(0)
+        >>> x = cap(rng, (20000,), np.pi) + rng.normal(size=(20000, 3)) * [0.01, 0.02, 0.03]
+        >>> matrix = radial_noise_matrix(x, pratt(sphere_moments(x)))
+        >>> print(np.sqrt(np.diag(matrix)).round(3))
+        [0.01 0.02 0.03]
     """
     x = np.asarray(points, dtype=np.float64)
     away = x - fit.centre

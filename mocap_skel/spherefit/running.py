@@ -18,9 +18,17 @@ class RunningFit:
 
     Attributes:
         centre: (D,), metres; NaN until the samples determine it.
-        place: (M, D), where deviations are measured from: the first sample of each marker.
+        place: (M, D), where deviations are measured from: the first sample of each marker, metres.
         count: (M,) samples so far.
         sums: (M, D + 2, D + 1), Σ f gᵀ with d = x - place, f = (d, |d|², 1), g = (d, |d|²).
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import RunningFit, igdk, pratt
+        >>> *_, last = igdk(cap(np.random.default_rng(0), (50,), 1.0))
+        >>> isinstance(last, RunningFit), last.count.tolist(), pratt(last.moments[0]).rank.tolist()
+        (True, [50.0], 3)
     """
 
     centre: Array
@@ -35,15 +43,29 @@ class RunningFit:
 
 
 def igdk(samples: Iterable[ArrayLike], sigma: float = 0.0) -> Iterator[RunningFit]:
-    """Incremental GDK (thesis Table 4): one sample at a time, O(1) memory, a centre after each.
+    """Incremental GDK (thesis Table 4): a centre after each sample, in memory that does not grow.
 
     Exactly the running sums of `mgdk`, so that the last centre is the batch answer to rounding; the
     system of D unknowns is solved anew each time, which costs less than keeping its inverse up to date
     and does not drift.
 
     Args:
-        samples: each (D,) for one marker or (M, D) for several about one centre; NaN = missing.
+        samples: each (D,) for one marker or (M, D) for several about one centre, metres; NaN = missing.
         sigma: noise standard deviation, metres.
+
+    Yields:
+        One fit for each sample, when it is asked for; its centre is NaN until the samples determine it.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import igdk
+        >>> for fit in igdk(cap(np.random.default_rng(0), (4,), np.pi)):
+        ...     print(int(fit.count[0]), np.isfinite(fit.centre).all())
+        1 False
+        2 False
+        3 False
+        4 True
     """
     state: RunningFit | None = None
     for sample in samples:
@@ -53,11 +75,22 @@ def igdk(samples: Iterable[ArrayLike], sigma: float = 0.0) -> Iterator[RunningFi
 
 
 def running_centres(points: ArrayLike, sigma: float = 0.0) -> Array:
-    """The centres that `igdk` gives after each of N samples, (N, D), many samples at once.
+    """The centres that `igdk` gives after each of N samples, many samples at once.
 
     Args:
         points: (M, N, D) or (N, D), metres, NaN = missing.
         sigma: noise standard deviation, metres.
+
+    Returns:
+        (N, D), metres, NaN until the samples determine a centre.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.artificial.spheres import cap
+        >>> from mocap_skel.spherefit import running_centres
+        >>> centres = running_centres(cap(np.random.default_rng(0), (100,), 1.0))
+        >>> print(centres.shape, np.isnan(centres[:3]).all(), np.abs(centres[-1]).max() < 1e-9)
+        (100, 3) True True
     """
     x = np.asarray(points, dtype=np.float64)
     x = x[None] if x.ndim == 2 else x

@@ -13,12 +13,21 @@ from mocap_skel.spherefit.moments import Array, Moments
 
 
 class DegenerateSphereError(MocapSkelError, ValueError):
-    """The points do not determine a sphere: too few, all equal, on a line, in a plane, or lost in noise."""
+    """The points do not determine a sphere: too few, all equal, on a line, in a plane, or lost in noise.
+
+    Example:
+        >>> from mocap_skel.spherefit import DegenerateSphereError, fit_sphere
+        >>> try:
+        ...     fit_sphere([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "gdke")
+        ... except DegenerateSphereError as error:
+        ...     print(error)
+        a sphere in 3 dimensions needs at least 4 points
+    """
 
 
 @dataclass(frozen=True, eq=False)
 class SphereFit:
-    """A fitted centre.
+    """A fitted centre, and what the points say of it.
 
     Attributes:
         centre: (..., D), metres.
@@ -29,6 +38,14 @@ class SphereFit:
         rank: (...), the number of directions that were solved; the first D - rank axes were not.
         sigma: (...), the noise standard deviation that was taken away, metres.
         converged: (), False where an iteration ended before it had reached its answer.
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.spherefit import fit_sphere
+        >>> x = np.array([[2.0, 0, 0], [0, 2, 0], [0, 0, 2], [-2, 0, 0], [0, -2, 0], [0, 0, -2]])
+        >>> fit = fit_sphere(x + 5.0)
+        >>> print(fit.centre.round(6), fit.radius.round(6), int(fit.rank))
+        [5. 5. 5.] 2.0 3
     """
 
     centre: Array
@@ -48,11 +65,13 @@ class SphereFit:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """Σ_p (C_p - η N_p) (c - middle) = Σ_p [½ S_p + (C_p - η N_p) (x̄_p - middle)], still without η.
+    """The linear system of a shared centre, still without the level η of the noise.
+
+    Σ_p (C_p - η N_p) (c - middle) = Σ_p [½ S_p + (C_p - η N_p) (x̄_p - middle)] (thesis 6.6).
 
     Attributes:
-        middle: (..., D), the mean of the points.
-        covariance, cross: C and ½ S of all markers about it.
+        middle: (..., D), the mean of the points, metres.
+        covariance, cross: C and ½ S of all markers about it, m² and m³.
         noise, noise_shift: N and Σ_p N_p (x̄_p - middle), the noise for σ = 1; None where N is the
             unit matrix.
         square, square_variance: mean and variance of |x - middle|² about each marker's own mean.
@@ -100,6 +119,7 @@ class System:
         return np.linalg.eigh(self.covariance - eta[..., None, None] * self.noise)
 
     def right_side(self, eta: Array) -> Array:
+        """(..., D): the right side with the noise taken away, m³."""
         if self.noise_shift is None:
             return self.cross
         return np.asarray(self.cross - eta[..., None] * self.noise_shift)

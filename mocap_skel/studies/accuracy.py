@@ -28,15 +28,25 @@ from mocap_skel.studies.contenders import CONTENDERS
 NOISES = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
 ANGLES = (10.0, 20.0, 30.0, 45.0, 60.0, 80.0, 100.0, 135.0, 180.0)
 METHODS = ("gdke", "ugdk", "ugdk_fixed_point", "sgdk", "igdk", "lls", "pratt", "mle")
-# An estimator breaks where its error is so many times the bound, or so many radii: to answer with the
-# data's own place has an error of one radius, and where the bound is as large it would look good.
+# An estimator breaks where its error is so many times the bound, or so many radii: the mean of the points
+# has an error of one radius, and where the bound is as large that would look good. Picked by eye; only the
+# crosses of the map and the counts in words hang on them.
 BREAKS = 1.5
 NOTHING = 0.5
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is tried: every noise with every angle, so many trials of so many points, radius 1."""
+    """What is tried: every noise with every angle.
+
+    Attributes:
+        noises: σ / r.
+        angles: half-angles θ of the cap, degrees.
+        count: points of a set.
+        trials: sets in each cell.
+        seed: of all that is drawn.
+        methods: keys of `CONTENDERS`.
+    """
 
     noises: tuple[float, ...] = NOISES
     angles: tuple[float, ...] = ANGLES
@@ -47,6 +57,7 @@ class Plan:
 
     @property
     def cells(self) -> list[tuple[int, int]]:
+        """Index of the noise and index of the angle, cell by cell."""
         return [(i, j) for i in range(len(self.noises)) for j in range(len(self.angles))]
 
 
@@ -78,11 +89,27 @@ class Score:
 
     @property
     def breaks(self) -> bool:
+        """Whether the estimator is of no use there."""
         return not (self.ratio <= BREAKS and self.rmse <= NOTHING and self.failed <= 0.01)
 
 
 def score_cell(plan: Plan, cell: tuple[int, int]) -> list[Score]:
-    """Every estimator on the same point sets of one cell; depends on the plan's seed and the cell only."""
+    """Every estimator of the plan on the same point sets of one cell.
+
+    What is drawn depends on the plan's seed and the cell only.
+
+    Args:
+        plan: what is tried.
+        cell: index of the noise, index of the angle.
+
+    Example:
+        >>> from mocap_skel.studies.accuracy import Plan, score_cell
+        >>> plan = Plan(noises=(0.03,), angles=(20.0,), trials=50, methods=("gdke", "pratt"))
+        >>> for score in score_cell(plan, (0, 0)):
+        ...     print(score.method, score.breaks)
+        gdke True
+        pratt False
+    """
     noise, degrees = plan.noises[cell[0]], plan.angles[cell[1]]
     rng = np.random.default_rng([plan.seed, *cell])
     points = noisy_caps(rng, plan.trials, plan.count, noise, np.radians(degrees))
@@ -100,7 +127,15 @@ def score_cell(plan: Plan, cell: tuple[int, int]) -> list[Score]:
 def noisy_caps(
     rng: np.random.Generator, trials: int, count: int, noise: float, angle: float
 ) -> Array:
-    """(T, N, 3): caps of radius 1 about the origin, with noise."""
+    """Point sets on caps of radius 1 about the origin, with noise: (trials, count, 3).
+
+    Args:
+        rng: source of randomness.
+        trials: sets.
+        count: points of a set.
+        noise: σ, in radii.
+        angle: half-angle θ of the cap, radians.
+    """
     return cap(rng, (trials, count), angle) + noise * rng.normal(size=(trials, count, 3))
 
 
@@ -115,7 +150,14 @@ def _errors(centres: Array) -> tuple[float, float, float]:
 
 
 def verdicts(scores: Iterable[Score]) -> list[str]:
-    """What the scores say of each estimator, and of Pratt against UGDK, one sentence each."""
+    """What the scores say of each estimator, and of Pratt against UGDK, one sentence each.
+
+    Example:
+        >>> from mocap_skel.studies.accuracy import Plan, score_cell, verdicts
+        >>> plan = Plan(noises=(0.01,), angles=(20.0,), trials=50, methods=("gdke",))
+        >>> verdicts(score_cell(plan, (0, 0)))
+        ['GDKE: breaks in 1 of 1 cells, in 1 of the 1 that meet the criterion']
+    """
     table = {(s.method, s.noise, s.angle_deg): s for s in scores}
     cells = list(dict.fromkeys((noise, angle) for _, noise, angle in table))
     methods = list(dict.fromkeys(method for method, _, _ in table))
@@ -167,7 +209,7 @@ def _where(cells: list[tuple[float, float]]) -> str:
 
 @dataclass(frozen=True)
 class NoiseScore:
-    """A way to know Σ̂ when the noise differs by direction.
+    """How well a centre is found with one way to know the noise matrix Σ̂, where noise differs by direction.
 
     Attributes:
         angle_deg: half-angle of the cap.
@@ -191,7 +233,11 @@ NOISE_ANGLES = (45.0, 90.0, 180.0)
 
 
 def score_noise(plan: Plan) -> list[NoiseScore]:
-    """Thesis 6.7: the whole matrix Σ̂, estimated, against a level and against the truth."""
+    """Errors of the centre with a whole noise matrix: estimated, the true one, or one level (thesis 6.7).
+
+    Args:
+        plan: its count, trials and seed are used; noises and angles are `SPREADS` and `NOISE_ANGLES`.
+    """
     scores = []
     for i, spread in enumerate(SPREADS):
         truth = np.diag(np.square(spread))
@@ -236,7 +282,7 @@ def _rigid_estimate(
 
 @dataclass(frozen=True)
 class MarkersScore:
-    """A way to fit several markers of different noise: radii 1 and 2, lengths in the first.
+    """How well a centre is found from two markers of different noise: radii 1 and 2, lengths in the first.
 
     Attributes:
         noises: σ of the two markers.
@@ -259,7 +305,11 @@ MARKER_ANGLES = (30.0, 60.0, 120.0)
 
 
 def score_markers(plan: Plan) -> list[MarkersScore]:
-    """MGDK of two markers of different noise, weighted alike and as they deserve."""
+    """Errors of MGDK of two markers of different noise, weighted alike and as they deserve.
+
+    Args:
+        plan: its count, trials and seed are used; the cells are `MARKER_NOISES` and `MARKER_ANGLES`.
+    """
     scores = []
     for i, noises in enumerate(MARKER_NOISES):
         for j, degrees in enumerate(MARKER_ANGLES):
@@ -282,7 +332,7 @@ def score_markers(plan: Plan) -> list[MarkersScore]:
 
 
 def _two_marker_bound(count: int, noises: tuple[float, float], angle: float) -> float:
-    """Root of the trace of the bound of a centre that two markers share: their information adds."""
+    """Root of the trace of the bound of a centre that two markers share: their information adds up."""
     blocks = (crlb_sphere(count, noise, angle)[:3, :3] for noise in noises)
     information = sum(np.linalg.inv(block) for block in blocks)
     return float(np.sqrt(np.trace(np.linalg.inv(information))))

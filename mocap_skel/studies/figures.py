@@ -1,8 +1,8 @@
-"""The figures of the studies: the thesis's 24, 26 and 27, and where each estimator breaks."""
+"""The figures of the studies, as PNG: the thesis's 24, 26 and 27, and where each estimator breaks."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -15,7 +15,15 @@ from mocap_skel.studies.speed import METHODS, Trial
 
 
 def deviations_figure(summary: Summary, caption: str) -> bytes:
-    """Figure 24: every answer's deviation against its number of samples, with the fitted power law."""
+    """Figure 24: every answer's deviation against its number of samples, with the fitted power law.
+
+    Args:
+        summary: of the answers.
+        caption: below the figure.
+
+    Returns:
+        A PNG.
+    """
     drawn = figure(10, 6.5)
     axes = drawn.subplots()
     samples = np.array([answer.samples for answer in summary.answers], dtype=np.float64)
@@ -56,48 +64,61 @@ def deviations_figure(summary: Summary, caption: str) -> bytes:
 
 
 def times_figure(trials: Sequence[Trial], caption: str) -> bytes:
-    """Figure 26: the time of each estimator against the number of points."""
-    drawn = figure()
-    axes = drawn.subplots()
-    points = [trial.points for trial in trials]
-    for i, method in enumerate(METHODS):
-        axes.plot(
-            points, [1e3 * trial.seconds[method] for trial in trials], linestyle="none",
-            marker=MARKS[i], markersize=4, color=COLOURS[i], label=CONTENDERS[method].label, alpha=0.7,
-        )  # fmt: skip
-    axes.set(
-        xscale="log", yscale="log", xlabel="points", ylabel="time of one fit (ms)",
+    """Figure 26: the time of each estimator against the number of points, as a PNG."""
+    return _by_method(
+        [trial.points for trial in trials],
+        {method: [1e3 * trial.seconds[method] for trial in trials] for method in METHODS},
+        caption,
+        xlabel="points",
+        ylabel="time of one fit (ms)",
         title="Time of the sphere fits (thesis figure 26)",
-    )  # fmt: skip
-    axes.grid(alpha=0.3)
-    drawn.legend(loc="outside right upper", fontsize=8)
-    return png(drawn, caption)
+    )
 
 
 def ratios_figure(trials: Sequence[Trial], least_points: int, caption: str) -> bytes:
-    """Figure 27: the time by GDKE's against the noise, where points are so many that they decide."""
+    """Figure 27: the time divided by GDKE's against the noise, for sets of `least_points` or more, as a PNG."""
     many = [trial for trial in trials if trial.points >= least_points] or list(trials)
-    drawn = figure()
-    axes = drawn.subplots()
-    for i, method in enumerate(METHODS):
-        axes.plot(
-            [trial.noise for trial in many],
-            [trial.seconds[method] / trial.seconds["gdke"] for trial in many], linestyle="none",
-            marker=MARKS[i], markersize=4, color=COLOURS[i], label=CONTENDERS[method].label, alpha=0.7,
-        )  # fmt: skip
-    axes.axvline(1.0, color="0.5", linewidth=0.8)
-    axes.set(
-        xscale="log", yscale="log", xlabel="noise standard deviation σ (m)",
+    return _by_method(
+        [trial.noise for trial in many],
+        {m: [trial.seconds[m] / trial.seconds["gdke"] for trial in many] for m in METHODS},
+        caption,
+        line=1.0,
+        xlabel="noise standard deviation σ (m)",
         ylabel="time / GDKE's time",
         title=f"Time against GDKE's, {least_points:,} points or more (thesis figure 27)",
-    )  # fmt: skip
+    )
+
+
+def _by_method(
+    x: Sequence[float],
+    values: Mapping[str, Sequence[float]],
+    caption: str,
+    *,
+    line: float | None = None,
+    **words: str,
+) -> bytes:
+    """Each estimator's values against x, both axes logarithmic; an upright line at one x if wanted."""
+    drawn = figure()
+    axes = drawn.subplots()
+    for i, (method, y) in enumerate(values.items()):
+        axes.plot(
+            x, y, linestyle="none", marker=MARKS[i], markersize=4, color=COLOURS[i],
+            label=CONTENDERS[method].label, alpha=0.7,
+        )  # fmt: skip
+    if line is not None:
+        axes.axvline(line, color="0.5", linewidth=0.8)
+    axes.set(xscale="log", yscale="log", **words)
     axes.grid(alpha=0.3)
     drawn.legend(loc="outside right upper", fontsize=8)
     return png(drawn, caption)
 
 
 def accuracy_figure(scores: Sequence[Score], caption: str) -> bytes:
-    """A map an estimator: its error over the bound, by coverage and noise, and the criterion's line."""
+    """A map for each estimator: its error over the bound, by coverage and noise, as a PNG.
+
+    A red line is the thesis's criterion, a cross a cell in which the estimator breaks, grey one in which the
+    bound itself is too large.
+    """
     from matplotlib.colors import LogNorm
 
     methods = list(dict.fromkeys(score.method for score in scores))

@@ -20,12 +20,20 @@ _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 def in_parallel(
     function: Callable[[Task], Result], tasks: Sequence[Task], workers: int | None
 ) -> Iterator[Result]:
-    """The results of `function`, which a new process must be able to import, in the order of the tasks.
+    """Call a function with each of several tasks, on all cores; the results in the order of the tasks.
 
     Args:
-        function: called with each task.
+        function: called with each task; where several processes work, a new one must be able to import it.
         tasks: as many as there are.
         workers: processes; as many as cores if None. One is this process itself.
+
+    Raises:
+        Exception: what `function` raises, at its result; the other processes are ended.
+
+    Example:
+        >>> from mocap_skel.studies.parallel import in_parallel
+        >>> list(in_parallel(abs, [-1, 2, -3], workers=1))
+        [1, 2, 3]
     """
     count = min(workers or os.cpu_count() or 1, len(tasks))
     if count < 2:
@@ -61,6 +69,7 @@ def use_one_core() -> None:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
+    """Let processes that start meanwhile use one thread each."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     try:

@@ -14,14 +14,15 @@ from mocap_skel.errors import FitError
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
 
-# The thesis's claim: within so many metres for more than so many samples.
+# The thesis's claim (6.1): within so many metres for more than so many samples.
 NEAR = 0.01
 ENOUGH = 200
-# Two means so many times their common scatter apart are two answers, no scatter; and so much of the
-# answers at least must have each, or it is an outlier.
+# Means that lie so many times their common scatter apart are two answers; and each must have so much of
+# all answers at least, or it is an outlier. Picked by eye: heavy tails stay one answer, the thesis's ankles
+# are two.
 _APART = 6.0
 SHARE = 0.05
-# Samples have to differ by this factor before a law of their number is worth a line.
+# Numbers of samples have to differ by this factor before a line is put through them. Picked by eye.
 _SPAN = 4.0
 
 
@@ -55,9 +56,10 @@ class Answer:
 def refits(
     clip: Clip, fit: Callable[[Clip], SkeletonFit], passed: int, levels: Sequence[int], seed: int
 ) -> list[Answer]:
-    """Refit the whole figure once a level, from the frames that are left.
+    """Fit the whole figure again at each level, from the frames that are left.
 
     What is drawn depends on seed, pass and level only, so that any part of the study can be made alone.
+    A level at which the figure cannot be fitted has no answers.
 
     Args:
         clip: the whole recording.
@@ -65,6 +67,18 @@ def refits(
         passed: number of the pass.
         levels: percent of the frames to leave out.
         seed: of the draw.
+
+    Returns:
+        One answer for each level and joint.
+
+    Example:
+        >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
+        >>> from mocap_skel.studies.resample import refits
+        >>> clip, known = read_clip("sample_data/range_of_motion.c3d"), read_association("cmu")
+        >>> actor = associate(clip, known)[0]
+        >>> answers = refits(clip, lambda part: fit_skeleton(part, actor, known.skeleton), 0, [90], 0)
+        >>> len(answers), answers[0].joint, answers[0].frames
+        (14, 'Waist', 138)
     """
     answers = []
     for level in levels:
@@ -95,9 +109,9 @@ class Group:
         cluster: 1, or 2 and more where the joint has several answers; the largest first.
         answers: how many.
         frame, method: of most of them.
-        mean: metres.
-        deviation: standard deviations about it (N - 1), metres.
-        single: those of all the joint's answers about one mean, as the thesis's table 3 has them.
+        mean: (3,), metres.
+        deviation: (3,), standard deviations about it (N - 1), metres.
+        single: (3,), those of all the joint's answers about one mean, as the thesis's table 3 has them.
     """
 
     joint: str
@@ -112,7 +126,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Law:
-    """Deviation against number of samples, over all answers of a joint, or of all joints ("all").
+    """How the deviation falls with the number of samples: of a joint's answers, or of all joints ("all").
 
     Attributes:
         joint: its name.
@@ -155,10 +169,17 @@ class Summary:
 
 
 def summarise(answers: Iterable[Answer]) -> Summary:
-    """Clusters, means, deviations and the law of their fall with the number of samples.
+    """Clusters, means, deviations, and how these fall with the number of samples.
 
     Raises:
         FitError: not one refit has an answer.
+
+    Example:
+        >>> from mocap_skel.studies.resample import Answer, summarise
+        >>> sides = [(n, side / n**0.5) for n in (10, 100, 1000) for side in (1, -1)]
+        >>> answers = [Answer(0, 0, n, "Knee", n, "MGDK", "", x, 0.0, 0.0) for n, x in sides]
+        >>> print(round(summarise(answers).laws[0].slope, 6))
+        -0.5
     """
     found = tuple(answer for answer in answers if np.isfinite(answer.x))
     if not found:
@@ -191,25 +212,37 @@ def summarise(answers: Iterable[Answer]) -> Summary:
 
 
 def _deviation(places: Array) -> Array:
+    """(3,), standard deviations of places (K, 3) about their mean; NaN for a single one."""
     if len(places) < 2:
         return np.full(places.shape[1], np.nan)
     return np.asarray(places.std(axis=0, ddof=1))
 
 
 def clusters(places: Array, samples: Array, kinds: Sequence[object]) -> NDArray[np.int64]:
-    """(K,): to which of its joint's distinct answers each of the places (K, 3) belongs, 0 the largest.
+    """Which of its joint's distinct answers each place belongs to, 0 the largest.
 
     Answers in other axes of the parent, or by another estimator, may be another quantity (the
-    thesis's ankles and elbows): what is known of each answer's kind divides them first. What is not
+    thesis's ankles and elbows, 6.1): what is known of each answer's kind divides them first. What is not
     known shows in the places: the answers from many samples scatter least, so the better half of a
     kind decides. They are cut at the widest gap along their longest axis, and each side again; the others
     belong to the nearest mean. Whatever divides them, two parts are distinct only if their means lie
     several times their scatter apart.
 
     Args:
-        places: the answers.
+        places: (K, 3), the answers, metres.
         samples: (K,) of each.
         kinds: K of them, equal where nothing is known that tells two answers apart.
+
+    Returns:
+        (K,).
+
+    Example:
+        >>> import numpy as np
+        >>> from mocap_skel.studies.resample import clusters
+        >>> rng = np.random.default_rng(0)
+        >>> places = np.concatenate([rng.normal(size=(40, 3)), rng.normal(size=(20, 3)) + 50])
+        >>> np.bincount(clusters(places, np.ones(60), [""] * 60)).tolist()
+        [40, 20]
     """
     label = np.zeros(len(places), dtype=np.int64)
     count = 0
@@ -244,6 +277,7 @@ def _merged(places: Array, samples: Array, label: NDArray[np.int64]) -> NDArray[
 
 
 def _better_half(rows: NDArray[np.int64], samples: Array) -> NDArray[np.int64]:
+    """The rows that have as many samples as their median, or more."""
     return rows[samples[rows] >= np.median(samples[rows])] if len(rows) else rows
 
 
@@ -279,6 +313,7 @@ def _parts(places: Array) -> Iterator[NDArray[np.int64]]:
 
 
 def _law(name: str, samples: Array, deviation: Array, most: Array) -> Law:
+    """The law of answers with so many samples of `most` and such deviations, all of shape (K,)."""
     # An answer on its mean to rounding is one of a kind: its logarithm says nothing.
     usable = (deviation > 1e-12) & (samples > 0)
     slope, error, offset = _line(np.log10(samples[usable]), np.log10(deviation[usable]))

@@ -17,7 +17,7 @@ from mocap_skel.studies.contenders import CONTENDERS
 NOISE_RANGE = (1e-11, 1e12)
 CENTRE = 2.0
 LARGEST_RADIUS = 37.0
-# Below, a call's own cost and the start of GDKE's one pass hide what a point costs.
+# With fewer points a call's own cost and the start of GDKE's one pass hide what a point costs.
 MANY = 200_000
 # The thesis's ratios to GDKE, measured in C.
 THESIS = {"lls": 11.05, "igdk": 2.17, "mle_from_mean": 80.0}
@@ -26,7 +26,15 @@ METHODS = ("gdke", "ugdk", "pratt", "igdk", "lls", "mle", "mle_from_mean")
 
 @dataclass(frozen=True)
 class Trial:
-    """One point set, and the seconds that each estimator took for it."""
+    """One point set, and the seconds that each estimator took for it.
+
+    Attributes:
+        points: how many.
+        noise: σ, metres.
+        angle_deg: half-angle of the cap.
+        radius: metres.
+        seconds: by key of `CONTENDERS`.
+    """
 
     points: int
     noise: float
@@ -37,7 +45,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Ratio:
-    """An estimator's time by GDKE's over the trials of many points.
+    """An estimator's time divided by GDKE's, over the trials of many points.
 
     Attributes:
         method: key of `CONTENDERS`.
@@ -57,7 +65,7 @@ class Ratio:
 
 
 def trials(count: int, most_points: int, seed: int) -> Iterator[Trial]:
-    """Point sets drawn at random from the thesis's ranges, each timed with every estimator.
+    """Point sets drawn at random from the thesis's ranges (6.4), each timed with every estimator.
 
     Numbers of points and noises are drawn evenly in their logarithm.
 
@@ -65,6 +73,13 @@ def trials(count: int, most_points: int, seed: int) -> Iterator[Trial]:
         count: how many.
         most_points: of one set.
         seed: of all that is drawn; times are what they are.
+
+    Example:
+        >>> from mocap_skel.studies.speed import trials
+        >>> for trial in trials(2, most_points=100, seed=1):
+        ...     print(trial.points, sorted(trial.seconds)[:2])
+        32 ['gdke', 'igdk']
+        97 ['gdke', 'igdk']
     """
     rng = np.random.default_rng(seed)
     for _ in range(count):
@@ -77,11 +92,19 @@ def trials(count: int, most_points: int, seed: int) -> Iterator[Trial]:
 
 
 def time_methods(x: Array, noise: float, methods: Sequence[str]) -> dict[str, float]:
-    """The best time in seconds of each estimator for the points (N, 3).
+    """The best time of each estimator for the same points.
 
     They take turns, so that the machine's load hits all alike, until each has had a hundredth of a
     second; three turns at least for all but the slow ones. A quick one runs several times in its turn:
     the first finds the caches as the one before it has left them.
+
+    Args:
+        x: points (N, 3).
+        noise: σ, in the unit of the points.
+        methods: keys of `CONTENDERS`.
+
+    Returns:
+        Seconds, by method.
     """
     best = dict.fromkeys(methods, np.inf)
     total = dict.fromkeys(methods, 0.0)
@@ -99,7 +122,12 @@ def time_methods(x: Array, noise: float, methods: Sequence[str]) -> dict[str, fl
 
 
 def time_of_a_sample(count: int = 2000, seed: int = 0) -> float:
-    """Seconds that `igdk` takes for one sample and the centre after it, from so many."""
+    """Seconds that `igdk` takes for one sample and the centre after it.
+
+    Args:
+        count: samples over which the time is the mean.
+        seed: of the samples.
+    """
     x = cap(np.random.default_rng(seed), (count,), np.pi / 3)
     start = time.perf_counter()
     for _ in igdk(x):
@@ -108,13 +136,21 @@ def time_of_a_sample(count: int = 2000, seed: int = 0) -> float:
 
 
 def threshold(done: Iterable[Trial]) -> int:
-    """From how many points on the ratios are taken: `MANY`, or all sets where none has so many."""
+    """The number of points from which on ratios are taken: `MANY`, or that of the smallest set if none has so many."""
     points = [trial.points for trial in done]
     return MANY if max(points) >= MANY else min(points)
 
 
 def ratios(done: Iterable[Trial]) -> list[Ratio]:
-    """Each estimator's time by GDKE's in the trials of `threshold` points or more."""
+    """Each estimator's time divided by GDKE's, in the trials of `threshold` points or more.
+
+    Example:
+        >>> from mocap_skel.studies.speed import METHODS, Trial, ratios
+        >>> seconds = dict.fromkeys(METHODS, 0.001) | {"lls": 0.012}
+        >>> found = ratios([Trial(1_000_000, 0.1, 90.0, 1.0, seconds)])
+        >>> print([(ratio.method, ratio.median, ratio.thesis) for ratio in found if ratio.thesis == 11.05])
+        [('lls', 12.0, 11.05)]
+    """
     every = list(done)
     many = [trial for trial in every if trial.points >= threshold(every)]
     found = []
@@ -137,7 +173,7 @@ def ratios(done: Iterable[Trial]) -> list[Ratio]:
 
 
 def _slope(x: Array, y: Array) -> float:
-    """Of the least-squares line; NaN without a spread in x."""
+    """Slope of the least-squares line through (x, y); NaN without a spread in x."""
     away = x - x.mean()
     square = float(away @ away)
     return float(away @ y / square) if square > 0 else float("nan")

@@ -25,14 +25,14 @@ RADIUS, DISTANCE = 0.1, 10.0
 
 @dataclass(frozen=True)
 class Method:
-    """A row of Table 4.
+    """A row of the thesis's Table 4.
 
     Attributes:
         name: the method.
         contender: key of `CONTENDERS`.
         for_it, against_it: the thesis's words, mended where the measurements say otherwise.
         flops: operations a sample by the thesis, None where it gives none.
-        time: of `POINTS` points by GDKE's; None where SciPy is missing.
+        time: of `POINTS` points, divided by GDKE's; None where SciPy is missing.
         errors: RMSE by the Cramér-Rao bound in each of `CONDITIONS`.
         digits: relative error of the centre of an exact sphere far from the origin.
     """
@@ -72,11 +72,24 @@ _WORDS = {
 
 
 def methods(seed: int = 0, trials: int = 100) -> Iterator[Method]:
-    """Table 4, row by row, measured now.
+    """The thesis's Table 4, row by row, measured now.
 
     Args:
         seed: of the points.
         trials: for the accuracy; an error along one axis is then known to 1 / √(2 trials) of itself.
+
+    Example:
+        >>> from mocap_skel.studies.table4 import methods
+        >>> for row in methods(trials=5):
+        ...     print(row.name, row.flops)
+        MLE None
+        LLS 236
+        GDKE 26
+        UGDK 26
+        SGDK None
+        MGDK 26
+        IGDK 123
+        Pratt None
     """
     try:
         extra("scipy.optimize", "mle")

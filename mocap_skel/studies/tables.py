@@ -1,4 +1,4 @@
-"""What the studies found, as rows: the one source of their CSV, JSON and terminal tables."""
+"""What the studies found, as rows: their CSV, JSON and terminal tables are all made of these."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Row = dict[str, Any]
 
 
 def answer_rows(summary: Summary, answers: Iterable[Answer]) -> list[Row]:
-    """One row a joint and refit: everything that figure 24 is drawn from, metres; empty without a place."""
+    """One row a joint and refit, metres: all that figure 24 is drawn from; cluster and deviation None without a place."""
     told = zip(summary.cluster, summary.deviation, strict=True)
     known = dict(zip(summary.answers, told, strict=True))
     return [
@@ -34,7 +34,8 @@ def answer_rows(summary: Summary, answers: Iterable[Answer]) -> list[Row]:
 def mean_rows(groups: Iterable[Group], verdicts: Mapping[str, str]) -> list[Row]:
     """The thesis's table 2, metres; a joint of several answers has a row for each.
 
-    `known` is the verdict of the whole clip: where it is "no", the scatter is that of a place holder.
+    `shown` says whether the movement of the whole clip shows the joint. Where it is "no", the scatter
+    is that of a place holder.
     """
     return [
         {
@@ -42,7 +43,7 @@ def mean_rows(groups: Iterable[Group], verdicts: Mapping[str, str]) -> list[Row]
             "cluster": g.cluster,
             "answers": g.answers,
             **_axes("mean", g.mean),
-            "known": verdicts.get(g.joint, ""),
+            "shown": verdicts.get(g.joint, ""),
             "method": g.method,
             "frame": g.frame,
         }
@@ -66,7 +67,7 @@ def deviation_rows(groups: Iterable[Group]) -> list[Row]:
 
 def law_rows(laws: Iterable[Law], verdicts: Mapping[str, str]) -> list[Row]:
     """The power law of each joint's deviations, metres, with the verdict of the whole clip."""
-    return [{**asdict(law), "known": verdicts.get(law.joint, "")} for law in laws]
+    return [{**asdict(law), "shown": verdicts.get(law.joint, "")} for law in laws]
 
 
 def trial_rows(trials: Iterable[Trial]) -> list[Row]:
@@ -80,7 +81,7 @@ def trial_rows(trials: Iterable[Trial]) -> list[Row]:
 
 
 def ratio_rows(ratios: Iterable[Ratio]) -> list[Row]:
-    """The estimators' times by GDKE's, beside the thesis's."""
+    """One row an estimator: its time divided by GDKE's, and the thesis's."""
     return [_named(asdict(ratio)) for ratio in ratios]
 
 

@@ -228,7 +228,7 @@ def test_the_harness_finds_references_and_measures_them(folder):
         ("LeftHip", "centre label"),
     ):
         row = found[joint, kind]
-        assert row["counts"] and row["known"] == "yes"
+        assert row["counts"] and row["shown"] == "yes"
         assert row["errors"]["ours"] < 0.5
         # The published ones do not know of the noise of the parent's frame: knees slide by it.
         assert row["errors"]["Chang-Pollard"] < 1.0

@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 import pytest
-from commands import ROM, STILL, files, run
+from commands import ROM, STILL, call, files, run
 from recordings import ROOT, SAMPLES
 
 
@@ -33,20 +33,20 @@ def test_json_is_one_object_a_joint_on_standard_output_alone(tmp_path):
     rows = [json.loads(line) for line in done.stdout.splitlines()]
     assert [row["joint"] for row in rows][:3] == ["Waist", "Neck", "RightShoulder"]
     assert len(rows) == 14
-    assert all(row["determined"] == "yes" for row in rows)
+    assert all(row["shown"] == "yes" for row in rows)
     assert rows[0]["clip"] == str(ROM)
 
 
 def test_a_dash_sends_one_clips_format_to_standard_output(tmp_path):
-    done = run("fit", STILL, "--assoc", "cmu", "-o", "-", "--format", "bvh", cwd=tmp_path)
+    done = call("fit", STILL, "--assoc", "cmu", "-o", "-", "--format", "bvh", cwd=tmp_path)
     assert done.returncode == 0
     assert done.stdout.startswith("HIERARCHY\nROOT Hips\n")
     assert files(tmp_path) == []
-    both = run("fit", STILL, ROM, "--assoc", "cmu", "-o", "-", cwd=tmp_path)
+    both = call("fit", STILL, ROM, "--assoc", "cmu", "-o", "-", cwd=tmp_path)
     assert (both.returncode, both.stdout) == (2, "")
     for more in (["--json"], ["--format", "csv", "--format", "bvh"]):
-        assert run("fit", STILL, "--assoc", "cmu", "-o", "-", *more, cwd=tmp_path).returncode == 2
-    two = run("fit", SAMPLES / "two_dancers.c3d", "--assoc", "cmu", "-o", "-", cwd=tmp_path)
+        assert call("fit", STILL, "--assoc", "cmu", "-o", "-", *more, cwd=tmp_path).returncode == 2
+    two = call("fit", SAMPLES / "two_dancers.c3d", "--assoc", "cmu", "-o", "-", cwd=tmp_path)
     assert (two.returncode, two.stdout) == (2, "")
     assert "--subject: Anna, Ben" in two.stderr
 
@@ -54,28 +54,28 @@ def test_a_dash_sends_one_clips_format_to_standard_output(tmp_path):
 def test_an_existing_file_stays_unless_overwrite_is_given(tmp_path):
     old = tmp_path / "nearly_still.joints.csv"
     old.write_text("mine")
-    done = run("fit", STILL, "--assoc", "cmu", cwd=tmp_path)
+    done = call("fit", STILL, "--assoc", "cmu", cwd=tmp_path)
     assert done.returncode == 2
     assert "exists already" in done.stderr and "--overwrite" in done.stderr
     assert old.read_text() == "mine"
     assert files(tmp_path) == ["nearly_still.joints.csv"]
-    assert run("fit", STILL, "--assoc", "cmu", "--overwrite", cwd=tmp_path).returncode == 0
+    assert call("fit", STILL, "--assoc", "cmu", "--overwrite", cwd=tmp_path).returncode == 0
     assert old.read_text().startswith("joint,parent,child,")
 
 
 def test_each_subject_gets_its_own_files(tmp_path):
     clip = SAMPLES / "two_dancers.c3d"
-    done = run("fit", clip, "--assoc", "cmu", "-o", "out", cwd=tmp_path)
+    done = call("fit", clip, "--assoc", "cmu", "-o", "out", cwd=tmp_path)
     assert done.returncode == 0
     assert files(tmp_path) == [
         f"out/two_dancers.{who}.{what}.csv"
         for who in ("Anna", "Ben")
         for what in ("joints", "skeleton")
     ]
-    one = run("fit", clip, "--assoc", "cmu", "-o", "one", "--subject", "Ben", cwd=tmp_path)
+    one = call("fit", clip, "--assoc", "cmu", "-o", "one", "--subject", "Ben", cwd=tmp_path)
     assert one.returncode == 0
     assert files(tmp_path / "one") == ["two_dancers.Ben.joints.csv", "two_dancers.Ben.skeleton.csv"]
-    wrong = run("fit", clip, "--assoc", "cmu", "--subject", "Bem", cwd=tmp_path)
+    wrong = call("fit", clip, "--assoc", "cmu", "--subject", "Bem", cwd=tmp_path)
     assert wrong.returncode == 2
     assert "did you mean Ben?" in wrong.stderr
 
@@ -96,7 +96,7 @@ def test_one_bad_clip_does_not_take_the_others_with_it(tmp_path):
 def test_nothing_fitted_is_3_and_leaves_nothing_behind(tmp_path):
     bad = tmp_path / "bad.c3d"
     bad.write_bytes(b"\x02\x50" + bytes(510))
-    done = run("fit", bad, "--assoc", "cmu", "-o", "out", cwd=tmp_path)
+    done = call("fit", bad, "--assoc", "cmu", "-o", "out", cwd=tmp_path)
     assert done.returncode == 3
     assert len(done.stderr.splitlines()) == 1
     assert files(tmp_path) == ["bad.c3d"]
@@ -123,7 +123,7 @@ def test_nothing_fitted_is_3_and_leaves_nothing_behind(tmp_path):
 )
 def test_a_wrong_call_is_2_with_one_clear_message(tmp_path, arguments, what):
     (tmp_path / "map.txt").write_text("LFWT LFTW\n")
-    done = run(*arguments, cwd=tmp_path)
+    done = call(*arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert what in done.stderr
     assert done.stdout == ""
@@ -132,7 +132,7 @@ def test_a_wrong_call_is_2_with_one_clear_message(tmp_path, arguments, what):
 
 def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
     (tmp_path / "out").write_text("a file")
-    done = run("fit", STILL, "--assoc", "cmu", "-o", "out", cwd=tmp_path)
+    done = call("fit", STILL, "--assoc", "cmu", "-o", "out", cwd=tmp_path)
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 1
     assert files(tmp_path) == ["out"]
@@ -169,7 +169,7 @@ def test_an_output_that_cannot_be_written_is_one_line(tmp_path):
 def test_a_truncated_clip_without_a_joint_is_no_success(tmp_path):
     short = tmp_path / "short.c3d"
     short.write_bytes(ROM.read_bytes()[:3000])
-    done = run("fit", short, "--assoc", "cmu", cwd=tmp_path)
+    done = call("fit", short, "--assoc", "cmu", cwd=tmp_path)
     assert done.returncode == 3
     assert files(tmp_path) == ["short.c3d"]
 
@@ -179,13 +179,25 @@ def test_a_subject_that_cannot_be_fitted_is_a_failure_even_in_silence(tmp_path):
     hips = whole.replace("LFWT  LFWT", "Anna:LFWT  LFWT").replace("RFWT  RFWT", "Anna:RFWT  RFWT")
     (tmp_path / "map.txt").write_text(hips)
     clip = SAMPLES / "two_dancers.c3d"
-    done = run("fit", clip, "--assoc", "map.txt", "-q", "-o", "out", cwd=tmp_path)
+    done = call("fit", clip, "--assoc", "map.txt", "-q", "-o", "out", cwd=tmp_path)
     assert done.returncode == 1
     assert "Ben: " in done.stderr and "root segment Hips needs three markers" in done.stderr
     assert files(tmp_path / "out") == [
         "two_dancers.Anna.joints.csv",
         "two_dancers.Anna.skeleton.csv",
     ]
+
+
+def test_a_dash_sends_who_could_be_fitted_and_fails_for_who_could_not(tmp_path):
+    whole = (ROOT / "association_files" / "cmu.txt").read_text()
+    hips = whole.replace("LFWT  LFWT", "Anna:LFWT  LFWT").replace("RFWT  RFWT", "Anna:RFWT  RFWT")
+    (tmp_path / "map.txt").write_text(hips)
+    clip = SAMPLES / "two_dancers.c3d"
+    done = call("fit", clip, "--assoc", "map.txt", "-q", "-o", "-", cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stdout.startswith("frame,time,Waist_x,") and len(done.stdout.splitlines()) == 701
+    assert len(done.stderr.splitlines()) == 1 and "Ben: " in done.stderr
+    assert files(tmp_path) == ["map.txt"]
 
 
 def test_one_call_never_replaces_its_own_results(tmp_path):
@@ -197,20 +209,20 @@ def test_one_call_never_replaces_its_own_results(tmp_path):
     assert len((tmp_path / "a.Anna.skeleton.csv").read_text().splitlines()) == 701
 
 
-def test_swapped_markers_are_not_called_known(tmp_path):
+def test_swapped_markers_are_not_called_shown(tmp_path):
     text = (ROOT / "association_files" / "cmu.txt").read_text()
     swapped = text.replace("LTHI  LTHI", "RTHI  LTHI").replace("RTHI  RTHI", "LTHI  RTHI")
     (tmp_path / "map.txt").write_text(swapped)
-    done = run("fit", ROM, "--assoc", "map.txt", "--json", cwd=tmp_path)
+    done = call("fit", ROM, "--assoc", "map.txt", "--json", cwd=tmp_path)
     rows = {row["joint"]: row for row in map(json.loads, done.stdout.splitlines())}
     for joint in ("LeftHip", "RightHip"):
-        assert rows[joint]["determined"] == "weak"
+        assert rows[joint]["shown"] == "weak"
         assert "swapped or wrongly assigned?" in rows[joint]["reason"]
 
 
 def test_a_wrong_sigma_cannot_run_away(tmp_path):
-    run("fit", ROM, "--assoc", "cmu", "-o", "right", cwd=tmp_path)
-    run("fit", ROM, "--assoc", "cmu", "-o", "wrong", "--sigma", "5mm", cwd=tmp_path)
+    call("fit", ROM, "--assoc", "cmu", "-o", "right", cwd=tmp_path)
+    call("fit", ROM, "--assoc", "cmu", "-o", "wrong", "--sigma", "5mm", cwd=tmp_path)
     right, wrong = (
         np.genfromtxt(tmp_path / folder / "range_of_motion.skeleton.csv", delimiter=",", names=True)
         for folder in ("right", "wrong")
@@ -220,6 +232,7 @@ def test_a_wrong_sigma_cannot_run_away(tmp_path):
         assert np.abs(right[name] - wrong[name]).max() < 0.008, name
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_is_130(tmp_path):
     # The interpreter turns SIGINT into KeyboardInterrupt, as Ctrl-C in a terminal does.
     program = (
@@ -237,16 +250,16 @@ def test_an_interrupt_is_130(tmp_path):
 
 def test_notes_go_to_standard_error_and_quiet_silences_them(tmp_path):
     clip = SAMPLES / "gaps.c3d"
-    loud = run("fit", clip, "--assoc", "plug_in_gait", "-o", "a", cwd=tmp_path)
+    loud = call("fit", clip, "--assoc", "plug_in_gait", "-o", "a", cwd=tmp_path)
     assert "markers missing in every frame: LTHI (UpperLeftLeg)" in loud.stderr
     assert "LTHI" not in loud.stdout
-    quiet = run("fit", clip, "--assoc", "plug_in_gait", "-o", "b", "-q", cwd=tmp_path)
+    quiet = call("fit", clip, "--assoc", "plug_in_gait", "-o", "b", "-q", cwd=tmp_path)
     assert quiet.stderr == ""
 
 
 def test_up_turns_the_results(tmp_path):
-    run("fit", STILL, "--assoc", "cmu", "-o", "z", cwd=tmp_path)
-    run("fit", STILL, "--assoc", "cmu", "-o", "y", "--up", "y", cwd=tmp_path)
+    call("fit", STILL, "--assoc", "cmu", "-o", "z", cwd=tmp_path)
+    call("fit", STILL, "--assoc", "cmu", "-o", "y", "--up", "y", cwd=tmp_path)
     z, y = (
         np.genfromtxt(tmp_path / up / "nearly_still.skeleton.csv", delimiter=",", names=True)
         for up in "zy"
@@ -276,7 +289,7 @@ def test_an_unexpected_error_is_one_line_and_debug_shows_more(tmp_path):
 
 
 def test_inspect_shows_what_is_in_a_clip(tmp_path):
-    done = run("inspect", SAMPLES / "gaps.c3d", "--assoc", "plug_in_gait", cwd=tmp_path)
+    done = call("inspect", SAMPLES / "gaps.c3d", "--assoc", "plug_in_gait", cwd=tmp_path)
     assert done.returncode == 0
     assert "1440 frames at 60 Hz, first frame 1, unit mm, z up" in done.stdout
     assert re.search(r"^- +LTHI +100\.0 % +LTHI +UpperLeftLeg$", done.stdout, re.M)
@@ -284,7 +297,7 @@ def test_inspect_shows_what_is_in_a_clip(tmp_path):
 
 
 def test_inspect_as_json(tmp_path):
-    done = run("inspect", SAMPLES / "two_dancers.c3d", "--json", cwd=tmp_path)
+    done = call("inspect", SAMPLES / "two_dancers.c3d", "--json", cwd=tmp_path)
     facts = json.loads(done.stdout)
     assert facts["subjects"] == ["Anna", "Ben"]
     assert (facts["frames"], facts["first_frame"], facts["rate"]) == (700, 101, 50.0)
@@ -294,7 +307,7 @@ def test_inspect_as_json(tmp_path):
 
 def test_inspect_is_the_place_to_see_why_nothing_matches(tmp_path):
     (tmp_path / "map.txt").write_text("X LFWT\n")
-    done = run("inspect", STILL, "--assoc", "map.txt", cwd=tmp_path)
+    done = call("inspect", STILL, "--assoc", "map.txt", cwd=tmp_path)
     assert done.returncode == 0
     assert "no label of the clip is in map.txt" in done.stdout
     assert "LFHD" in done.stdout
@@ -302,7 +315,7 @@ def test_inspect_is_the_place_to_see_why_nothing_matches(tmp_path):
 
 def test_inspect_refuses_an_unknown_subject(tmp_path):
     clip = SAMPLES / "two_dancers.c3d"
-    done = run("inspect", clip, "--subject", "Bem", cwd=tmp_path)
+    done = call("inspect", clip, "--subject", "Bem", cwd=tmp_path)
     assert done.returncode == 2
     assert "did you mean Ben?" in done.stderr
 
@@ -341,15 +354,13 @@ def test_fit_loads_no_pandas(tmp_path):
 
 def test_the_choices_of_the_options_are_those_of_the_library():
     """They are written again in the command, so that help need not load the library."""
-    from mocap_skel.cli.fit import FORMATS, command
-    from mocap_skel.export import WRITERS
+    from mocap_skel.cli.fit import command
     from mocap_skel.fit import POSES
-    from mocap_skel.joints.centre import BEST
+    from mocap_skel.joints.choices import BEST
     from mocap_skel.segments.noise import NOISES
     from mocap_skel.spherefit import METHODS
 
     choices = {o.name: tuple(getattr(o.type, "choices", ())) for o in command.params}
-    assert tuple(WRITERS) == FORMATS
     assert choices["pose"] == POSES
     assert choices["method"] == (BEST, *METHODS)
     assert choices["noise"] == NOISES

@@ -4,7 +4,7 @@ import json
 import re
 
 import pytest
-from commands import STILL, files, program, run, without
+from commands import STILL, call, files, program, run, without
 from recordings import ROOT, SAMPLES
 
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record, write_c3d
@@ -37,8 +37,10 @@ def short(tmp_path_factory):
 
 
 def resample(clip, *more, cwd, passes=1, levels=3, workers=1):
-    call = ["study", "resample", clip, "--assoc", "cmu", "--passes", passes, "--levels", levels]
-    return run(*call, "--workers", workers, *more, cwd=cwd)
+    words = ["study", "resample", clip, "--assoc", "cmu", "--passes", passes, "--levels", levels]
+    # Workers are processes of their own, which start from a program.
+    start = run if workers > 1 else call
+    return start(*words, "--workers", workers, *more, cwd=cwd)
 
 
 class TestResample:
@@ -58,8 +60,8 @@ class TestResample:
     def test_a_seed_gives_the_same_bytes_with_one_worker_or_two(self, short, tmp_path):
         """Eleven levels are two tasks, of ten and of one."""
         for workers in (1, 2):
-            call = ["-o", str(workers), "--seed", 3, "--no-figures", "-q"]
-            done = resample(short, *call, cwd=tmp_path, levels=11, workers=workers)
+            words = ["-o", str(workers), "--seed", 3, "--no-figures", "-q"]
+            done = resample(short, *words, cwd=tmp_path, levels=11, workers=workers)
             assert (done.returncode, done.stderr) == (0, "")
         for name in TABLES:
             assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes()
@@ -99,14 +101,14 @@ class TestResample:
         text = (ROOT / "association_files" / "cmu.txt").read_text()
         hips = re.sub(r"^[LR]FWT .*$", "", text, flags=re.M)
         (tmp_path / "map.txt").write_text(hips)
-        call = ["study", "resample", short, "--assoc", "map.txt", "-o", "out"]
-        done = run(*call, cwd=tmp_path)
+        words = ["study", "resample", short, "--assoc", "map.txt", "-o", "out"]
+        done = call(*words, cwd=tmp_path)
         assert done.returncode == 3
         assert "root segment Hips needs three markers" in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["map.txt"]
 
     @pytest.mark.parametrize(
-        ("call", "code", "what"),
+        ("words", "code", "what"),
         [
             (["{clip}"], 2, "--assoc is missing"),
             (["{clip}", "--assoc", "cmuu"], 2, "did you mean cmu?"),
@@ -123,8 +125,8 @@ class TestResample:
             ),
         ],
     )  # fmt: skip
-    def test_a_wrong_call_is_one_clear_message(self, short, tmp_path, call, code, what):
-        done = run("study", "resample", *(part.format(clip=short) for part in call), cwd=tmp_path)
+    def test_a_wrong_call_is_one_clear_message(self, short, tmp_path, words, code, what):
+        done = call("study", "resample", *(word.format(clip=short) for word in words), cwd=tmp_path)
         assert done.returncode == code
         assert what in done.stderr
         assert (done.stdout, files(tmp_path)) == ("", [])
@@ -137,15 +139,16 @@ class TestResample:
         assert {row["method"] for row in means} == {"SGDK"}
 
     def test_one_refit_is_no_law_and_needs_no_matplotlib_without_a_figure(self, short, tmp_path):
-        call = ["study", "resample", short, "--assoc", "cmu", "--passes", 1, "--levels", 1]
-        done = without("matplotlib", *call, "--no-figures", cwd=tmp_path)
+        words = ["study", "resample", short, "--assoc", "cmu", "--passes", 1, "--levels", 1]
+        done = without("matplotlib", *words, "--no-figures", cwd=tmp_path)
         assert (done.returncode, done.stderr, files(tmp_path)) == (0, "", TABLES)
         assert "1 refit of" in done.stdout and "nan" not in done.stdout
         assert re.search(r"^all +14 +- +- +- +- +", done.stdout, re.M)
 
+    @pytest.mark.usefixtures("interruptible")
     def test_interrupted_it_is_130_and_the_same_call_goes_on(self, short, tmp_path):
-        call = ["study", "resample", short, "--assoc", "cmu", "--passes", 2, "--levels", 2]
-        call += ["--workers", 1, "--no-figures", "-o", "out"]
+        words = ["study", "resample", short, "--assoc", "cmu", "--passes", 2, "--levels", 2]
+        words += ["--workers", 1, "--no-figures", "-o", "out"]
         start = (
             "import os, signal, mocap_skel.pipeline.study as r\n"
             "first = r.refits\n"
@@ -155,12 +158,12 @@ class TestResample:
             "    return first(clip, fit, passed, levels, seed)\n"
             "r.refits = refits\n"
         )
-        done = program(start, *call, cwd=tmp_path)
+        done = program(start, *words, cwd=tmp_path)
         assert (done.returncode, done.stdout) == (130, "")
         assert done.stderr.strip() == "mocap-skel: interrupted"
         (store,) = (tmp_path / "out").iterdir()
         assert store.name.startswith(".short.resample-")
-        assert run(*call, cwd=tmp_path).returncode == 0
+        assert call(*words, cwd=tmp_path).returncode == 0
         assert files(tmp_path / "out") == TABLES
         assert not store.exists()
 
@@ -238,13 +241,13 @@ class TestMethods:
         assert [rows["MLE"][key] for key in ("flops", "time", "errors", "digits")] == [None] * 4
 
     def test_a_wrong_call_is_2(self, tmp_path):
-        done = run("methods", "--trials", 1, cwd=tmp_path)
+        done = call("methods", "--trials", 1, cwd=tmp_path)
         assert done.returncode == 2
         assert "1 is not in the range" in done.stderr
 
 
 @pytest.mark.parametrize(
-    ("library", "extra", "call"),
+    ("library", "extra", "words"),
     [
         ("scipy", "mle", ["study", "speed", "--trials", "1000000"]),
         ("scipy", "mle", ["study", "resample", STILL, "--assoc", "cmu", "--method", "mle"]),
@@ -252,8 +255,8 @@ class TestMethods:
         ("matplotlib", "plot", ["study", "resample", STILL, "--assoc", "cmu", "--passes", "9999"]),
     ],
 )
-def test_a_library_that_is_missing_is_one_line_before_any_work(tmp_path, library, extra, call):
-    done = without(library, *call, "-o", "out", cwd=tmp_path)
+def test_a_library_that_is_missing_is_one_line_before_any_work(tmp_path, library, extra, words):
+    done = without(library, *words, "-o", "out", cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith(f"mocap-skel: error: this needs {library}")
     assert f"pip install 'mocap-skel[{extra}]'" in done.stderr
@@ -277,29 +280,29 @@ def test_notes_on_the_clip_go_to_standard_error_and_quiet_silences_them(tmp_path
 
 def test_a_folder_that_cannot_be_made_is_one_line_before_any_work(tmp_path):
     (tmp_path / "out").write_text("a file")
-    call = ["study", "accuracy", "--trials", 1_000_000, "--no-figures", "-o", "out"]
-    done = run(*call, cwd=tmp_path)
+    words = ["study", "accuracy", "--trials", 1_000_000, "--no-figures", "-o", "out"]
+    done = call(*words, cwd=tmp_path)
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 1
     assert (done.stdout, files(tmp_path)) == ("", ["out"])
 
 
 @pytest.mark.parametrize(
-    "call",
+    "words",
     [
         ["resample", STILL, "--assoc", "cmu", "--passes", 1, "--levels", 1, "--workers", 1],
         ["speed", "--trials", 1, "--most-points", 100],
     ],
 )
-def test_standard_output_is_no_folder(tmp_path, call):
-    done = run("study", *call, "--no-figures", "-o", "-", cwd=tmp_path)
+def test_standard_output_is_no_folder(tmp_path, words):
+    done = call("study", *words, "--no-figures", "-o", "-", cwd=tmp_path)
     assert done.returncode == 2
     assert "folder" in done.stderr
     assert (done.stdout, files(tmp_path)) == ("", [])
 
 
 def test_the_study_commands_are_told_with_their_chapter(tmp_path):
-    done = run("study", "--help", cwd=tmp_path)
+    done = call("study", "--help", cwd=tmp_path)
     for name, chapter in (("resample", "6.1"), ("speed", "6.4"), ("accuracy", "6.6")):
         assert re.search(rf"^  {name} .*\({chapter}\)", done.stdout, re.M)
     assert "pip install 'mocap-skel[studies]'" in done.stdout

@@ -1,9 +1,7 @@
 """BVH text read back by two independent readers, against the fit that it was made from.
 
-Tolerances. The file holds centimetres and degrees with six decimals: half of 1e-8 m and of 1e-6
-degrees = 9e-9 rad each. Three angles a joint and six joints in a row make 1.6e-7 rad, and 1 m of
-chain 2e-7 m. `bvhio` computes in single precision: 2^-24 of the 1,000 degrees that an angle without
-wrapping can reach are 1e-6 rad, of which a chain has 18; 0.01 mm is what the project promises.
+`bvhio` computes in single precision: 2^-24 of the 1,000 degrees that an angle without wrapping can reach are
+1e-6 rad, of which a chain has 18; 0.01 mm is what the project promises.
 """
 
 import json
@@ -11,42 +9,38 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pybvh
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from recordings import fit_recording, fit_sample
-from scipy.spatial.transform import Rotation, Slerp
+from bvh_files import (
+    ANGLE,
+    BUNDLED,
+    CM,
+    LENGTH,
+    end_sites_of,
+    fit_without,
+    joint_names_of,
+    motion_of,
+    on,
+    text_of,
+    whole,
+    write,
+)
+from recordings import fit_sample
+from scipy.spatial.transform import Rotation
 
-from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
 from mocap_skel.errors import ExportError
-from mocap_skel.export import WRITERS, Options
-from mocap_skel.export.bvh import LONGEST_GAP, SHORTEST_END, bvh
-from mocap_skel.export.euler import ORDERS, euler_angles
+from mocap_skel.export.euler import ORDERS
+from mocap_skel.export.formats.bvh import ORDERS as BVH_ORDERS
+from mocap_skel.export.formats.bvh import scale_of
 from mocap_skel.export.joint_names import joint_names
 from mocap_skel.figure.skeleton import Segment
 from mocap_skel.results.axes import turned
-from mocap_skel.rig.gaps import fill_positions, fill_rotations, runs
 from mocap_skel.rig.kinematics import forward, rest_places
-from mocap_skel.rig.rest_pose import hinge_axis
-from mocap_skel.rig.rigging import rig_of
-from mocap_skel.segments.pose import Pose
+from mocap_skel.rig.rigging import SHORTEST_END, rig_of
 
-LAWS = settings(derandomize=True, deadline=None, max_examples=40, database=None)
-ANGLE, LENGTH, SINGLE = 1.6e-7, 3e-7, 1e-5
-CM = 100.0
-BUNDLED = [("range_of_motion", None), ("two_dancers", "Anna")]
-
-
-def write(fit, **options):
-    return WRITERS["bvh"](fit, Options(**options))
-
-
-def text_of(fit, **options):
-    return write(fit, **options).files[".bvh"]
+SINGLE = 1e-5
 
 
 @pytest.fixture(scope="module", params=BUNDLED, ids=["one", "dancer"])
@@ -57,30 +51,6 @@ def case(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("bvh") / f"{name}.bvh"
     path.write_text(text_of(fit))
     return turned(fit, "y"), path.read_text(), path
-
-
-@cache
-def recording():
-    motion = range_of_motion(5, 60, seed=2)
-    faults = Faults(sigma=0.0005)
-    return record(human(), marker_set("cmu"), motion, faults, seed=2, first_frame=101)
-
-
-def on(*segments):
-    return [label for label, (where, _) in marker_set("cmu").items() if where in segments]
-
-
-def fit_without(labels, frames):
-    """The artificial clip with some markers missing in some of its 300 frames."""
-    clip = recording()
-    points = clip.points.copy()
-    for label in labels:
-        points[frames, clip.labels.index(label)] = np.nan
-    return fit_recording(replace(clip, points=points))
-
-
-def motion_of(text):
-    return np.array([line.split() for line in text.splitlines() if re.match(r"-?\d", line)], float)
 
 
 def chain(fit):
@@ -111,19 +81,23 @@ print(json.dumps(found))
 """
 
 
+def by_bvhio(path, *frames):
+    done = subprocess.run(
+        [sys.executable, "-c", BVHIO, str(path), *map(str, frames)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
 class TestReadBack:
     def test_two_readers_agree(self, case):
         _, _, path = case
         first = pybvh.read_bvh_file(path)
         frames = range(0, first.frame_count, 50)
-        done = subprocess.run(
-            [sys.executable, "-c", BVHIO, str(path), *map(str, frames)],
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
-        assert done.returncode == 0, done.stderr
-        second = json.loads(done.stdout)
+        second = by_bvhio(path, *frames)
         assert set(second) == set(first.joint_names)
         positions = first.node_positions()[list(frames)]
         for name, track in second.items():
@@ -235,10 +209,9 @@ class TestFormat:
 
     def test_end_sites_have_a_length(self, case):
         _, text, _ = case
-        ends = re.findall(r"End Site\s*\{\s*OFFSET (\S+) (\S+) (\S+)", text)
+        ends = end_sites_of(text)
         assert len(ends) == 5
-        for end in ends:
-            assert np.linalg.norm(np.array(end, float)) >= CM * SHORTEST_END
+        assert (np.linalg.norm(ends, axis=1) >= CM * SHORTEST_END).all()
 
     def test_y_is_up_and_lengths_are_centimetres(self, case):
         _, _, path = case
@@ -262,16 +235,9 @@ class TestFormat:
                 ),
             ),
         )
-        names = re.findall(r"(?:ROOT|JOINT) (.*)", text_of(named))
+        names = joint_names_of(text_of(named))
         assert names[0] == "Hips"
         assert names[1:] and all(re.fullmatch(r"\w+_of_it", name) for name in names[1:])
-
-    def test_an_end_point_on_the_joint_gets_a_length(self):
-        fit = fit_sample("nearly_still")
-        head = fit.segments["Head"]
-        stub = replace(fit, segments=fit.segments | {"Head": replace(head, end=head.joint)})
-        ends = re.findall(r"End Site\s*\{\s*OFFSET (\S+) (\S+) (\S+)", text_of(stub))
-        assert min(np.linalg.norm(np.array(end, float)) for end in ends) >= CM * SHORTEST_END
 
 
 class TestAngles:
@@ -280,7 +246,7 @@ class TestAngles:
         angle changes faster than ω / cos x, and so never by the 360° of a wrapped angle."""
         fit, text, _ = case
         angles = motion_of(text)[:, 3:].reshape(len(fit.frame_numbers), -1, 3)
-        names = re.findall(r"(?:ROOT|JOINT) (\w+)", text)
+        names = joint_names_of(text)
         rig, _, _ = rig_of(fit)
         checked = 0
         for name, local in zip(rig.names, rig.rotation, strict=True):
@@ -303,138 +269,6 @@ class TestAngles:
         # Six decimals on both sides.
         assert steps.max() <= 180 + 1e-6
 
-    @pytest.mark.parametrize("order", ORDERS)
-    def test_every_order_is_exactly_the_rotation(self, order):
-        turn = Rotation.random(300, random_state=4).as_matrix()
-        angles = euler_angles(turn, order)
-        again = Rotation.from_euler(order, angles, degrees=True).as_matrix()
-        np.testing.assert_allclose(again, turn, rtol=0, atol=1e-12)
-
-    @pytest.mark.parametrize("order", ORDERS)
-    @pytest.mark.parametrize("end", [360.0, -360.0])
-    def test_through_gimbal_lock_no_channel_steps_more_than_the_motion(self, order, end):
-        """The middle angle goes full circle, twice through lock, the others slowly: 400 steps of at most
-        0.9° that come back as they were, half a turn more in two of them included."""
-        t = np.linspace(0, 1, 401)[:, None]
-        given = np.hstack([20 * np.sin(6 * t), end * t, 30 * t])
-        turn = Rotation.from_euler(order, given, degrees=True).as_matrix()
-        angles = euler_angles(turn, order)
-        assert np.abs(np.diff(angles, axis=0)).max() <= np.abs(np.diff(given, axis=0)).max() + 1e-9
-        again = Rotation.from_euler(order, angles, degrees=True).as_matrix()
-        np.testing.assert_allclose(again, turn, rtol=0, atol=1e-12)
-
-    @pytest.mark.parametrize("middle", [90.0, -90.0])
-    def test_within_gimbal_lock_nothing_jumps(self, middle):
-        t = np.linspace(0, 1, 200)[:, None]
-        given = np.hstack([40 * t, np.full_like(t, middle), 80 * t])
-        turn = Rotation.from_euler("ZXY", given, degrees=True).as_matrix()
-        angles = euler_angles(turn, "ZXY")
-        # Sum or difference is all that is left: 120° in 199 steps, all of it in one channel at most.
-        assert np.abs(np.diff(angles, axis=0)).max() <= 120 / 199 + 1e-6
-        again = Rotation.from_euler("ZXY", angles, degrees=True).as_matrix()
-        np.testing.assert_allclose(again, turn, rtol=0, atol=1e-7)
-
-    def test_an_unknown_order_is_refused(self):
-        with pytest.raises(ValueError, match="order"):
-            euler_angles(np.eye(3)[None], "ZXZ")
-
-
-def rest_of(text, folder):
-    """Joints and end points (3,) of a file's rest pose, its root at its OFFSET."""
-    path = folder / "rest.bvh"
-    path.write_text(text)
-    read = pybvh.read_bvh_file(path)
-    head, _ = text.split("MOTION")
-    offsets = re.findall(r"(?:ROOT|JOINT|End) (\S+)\s*\{\s*OFFSET (\S+) (\S+) (\S+)", head)
-    return {
-        name: np.array(row[1:], float) for name, row in zip(read.node_index, offsets, strict=True)
-    }
-
-
-class TestRestPose:
-    @pytest.mark.parametrize(("name", "subject"), BUNDLED)
-    @pytest.mark.parametrize("up", ["x", "y", "z"])
-    def test_it_is_a_t_pose_whatever_the_axes_are(self, name, subject, up, tmp_path):
-        fit = fit_sample(name, subject)
-        offset = rest_of(text_of(fit, up=up), tmp_path)
-        turn = {"y": np.eye(3), "z": [[1, 0, 0], [0, 0, 1], [0, -1, 0]], "x": [[0, -1, 0], [1, 0, 0], [0, 0, 1]]}  # fmt: skip
-        offset = {k: np.asarray(turn[up]) @ v for k, v in offset.items()}
-        six = 1e-5
-        for side, x in (("Left", 1.0), ("Right", -1.0)):
-            for arm in (f"{side}Elbow", f"{side}Wrist", f"EndSite{side}Wrist"):
-                np.testing.assert_allclose(offset[arm][1:], 0, atol=six, err_msg=arm)
-                assert x * offset[arm][0] > 5
-            for leg in (f"{side}Knee", f"{side}Ankle"):
-                np.testing.assert_allclose(offset[leg][[0, 2]], 0, atol=six, err_msg=leg)
-                assert offset[leg][1] < -30
-            foot = offset[f"EndSite{side}Ankle"]
-            assert foot[2] > 5 and abs(foot[0]) <= six and -foot[2] < foot[1] <= 0
-            # Distances are the fitted ones: the hips of both bundled figures are 17 cm apart or more.
-            assert x * offset[f"{side}Hip"][0] > 7 and x * offset[f"{side}Shoulder"][0] > 14
-        np.testing.assert_allclose(offset["EndSiteNeck"][[0, 2]], 0, atol=six)
-        level = offset["LeftHip"] - offset["RightHip"]
-        assert abs(level[1]) < 1 and abs(level[2]) < 1
-
-    def test_bones_keep_their_fitted_lengths(self, case):
-        fit, text, path = case
-        offset = rest_of(text, path.parent)
-        for joint in fit.joints:
-            own = fit.segments[joint.parent].joint
-            length = np.linalg.norm(joint.centre - (0 if own is None else own))
-            assert np.linalg.norm(offset[joint.joint]) / CM == pytest.approx(length, abs=LENGTH)
-
-    def test_it_stands_on_the_floor(self, case):
-        fit, _, _ = case
-        joints, ends = rest_places(rig_of(fit)[0])
-        assert min(joints[:, 1].min(), *(end[1] for end in ends.values())) == pytest.approx(0)
-        np.testing.assert_array_equal(joints[0, [0, 2]], 0)
-
-    def test_knees_bend_about_the_sideways_axis_and_elbows_about_the_vertical(self, case):
-        fit, _, _ = case
-        rig, segments, _ = rig_of(fit)
-        for i, segment in enumerate(segments):
-            if segment.rest_axis is None:
-                continue
-            axis = hinge_axis(rig.rotation[i])
-            if axis is not None:
-                # The rig's bones are turned by degrees from their markers, which gave the axis.
-                assert abs(axis @ segment.rest_axis) > np.cos(np.radians(15)), segment.name
-
-    def test_zero_channels_of_bvhio_are_it_too(self, case):
-        fit, text, path = case
-        zero = path.parent / "zero.bvh"
-        lines = text.splitlines()
-        at = next(i for i, line in enumerate(lines) if line.startswith("Frame Time"))
-        count = len(lines[at + 1].split())
-        lines = [*lines[: at + 1], " ".join(["0.000000"] * count)]
-        zero.write_text("\n".join(lines).replace(f"Frames: {len(fit.frame_numbers)}", "Frames: 1") + "\n")  # fmt: skip
-        done = subprocess.run(
-            [sys.executable, "-c", BVHIO, str(zero), "0"],
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
-        assert done.returncode == 0, done.stderr
-        found = {name: np.array(place[0]) for name, place in json.loads(done.stdout).items()}
-        rig, _, _ = rig_of(fit)
-        joints, _ = rest_places(rig)
-        for name, place in zip(rig.names, joints - joints[0], strict=True):
-            np.testing.assert_allclose(found[name] / CM, place, atol=SINGLE, err_msg=name)
-
-    def test_a_figure_without_directions_rests_in_its_average_pose(self):
-        fit = fit_sample("range_of_motion")
-        plain = replace(
-            fit.skeleton,
-            segments=tuple(
-                replace(s, rest=None, rest_joint=None, rest_axis=None)
-                for s in fit.skeleton.segments
-            ),
-        )
-        rendered = write(replace(fit, skeleton=plain))
-        assert any("average" in note and "Hips" in note for note in rendered.notes)
-        assert not any("average" in note for note in write(fit).notes)
-        assert np.isfinite(motion_of(rendered.files[".bvh"])).all()
-
 
 class TestOptions:
     @pytest.mark.parametrize("order", ORDERS)
@@ -453,14 +287,18 @@ class TestOptions:
 
     def test_scale_scales_lengths_and_not_angles(self):
         fit = fit_sample("nearly_still")
-        cm, m = motion_of(text_of(fit)), motion_of(text_of(fit, scale=1.0))
+        texts = text_of(fit), text_of(fit, scale=1.0)
+        np.testing.assert_allclose(
+            *(end_sites_of(t) * s for t, s in zip(texts, (1, CM), strict=True)), atol=1e-4
+        )
+        cm, m = map(motion_of, texts)
         np.testing.assert_allclose(m[:, :3], cm[:, :3] / CM, atol=1e-6)
         np.testing.assert_array_equal(m[:, 3:], cm[:, 3:])
 
     def test_names(self):
         fit = fit_sample("nearly_still")
         found = {
-            naming: re.findall(r"(?:ROOT|JOINT) (.*)", text_of(fit, names=naming))
+            naming: joint_names_of(text_of(fit, names=naming))
             for naming in ("mocap", "mixamo", "cmu")
         }
         assert found["mocap"][:2] == ["Hips", "Waist"]
@@ -477,22 +315,23 @@ class TestOptions:
         with pytest.raises(ValueError, match="names"):
             joint_names(segments, "maya")
 
-    def test_floor_puts_the_lowest_point_on_zero(self):
-        fit = turned(fit_sample("nearly_still"), "y")
-        up = np.array([0.0, 0.7, 0.0])
-        raised = replace(
-            fit,
-            segments={
-                name: replace(s, pose=Pose(s.pose.rotation, s.pose.origin + up))
-                for name, s in fit.segments.items()
-            },
+    def test_names_that_are_the_same_without_blanks_get_a_number(self):
+        segments = [Segment(name, None, joint, ()) for name, joint in
+                    (("Hips", None), ("A", "a b"), ("B", "a_b"), ("C", " a  b "))]  # fmt: skip
+        assert joint_names(segments, "mocap") == (("Hips", "a_b", "a_b_2", "a_b_3"), ())
+
+    def test_joints_with_no_name_there_are_told(self):
+        fit = fit_sample("nearly_still")
+        figure = fit.skeleton
+        renamed = tuple(
+            replace(s, **{key: "Skull" for key in ("name", "joint") if s.name == "Head"})
+            for s in figure.segments
         )
-        _, _, notes = rig_of(raised)
-        assert any("over zero" in note and "--floor" in note for note in notes)
-        rig, _, notes = rig_of(raised, floor=True)
-        assert not any("zero" in note for note in notes)
-        joints, ends = forward(rig)
-        assert min(joints[..., 1].min(), *(e[:, 1].min() for e in ends.values())) == pytest.approx(0)  # fmt: skip
+        own = {("Skull" if name == "Head" else name): s for name, s in fit.segments.items()}
+        other = replace(fit, skeleton=replace(figure, segments=renamed), segments=own)
+        made = write(other, names="cmu")
+        assert "BVH: no cmu name for Skull; it stays" in made.notes
+        assert "Skull" in joint_names_of(made.files[".bvh"])
 
     def test_the_root_can_rest_at_the_origin(self):
         fit = fit_sample("nearly_still")
@@ -500,180 +339,85 @@ class TestOptions:
         assert re.search(r"ROOT Hips\s*\{\s*OFFSET 0\.000000 0\.000000 0\.000000\n", zero)
         np.testing.assert_array_equal(motion_of(plain), motion_of(zero))
 
+    @pytest.mark.parametrize(
+        ("typed", "units"),
+        [("cm", 100.0), ("M", 1.0), (" mm ", 1000.0), ("1", 100.0), ("2.54", 254.0)],
+    )
+    def test_a_scale_is_units_in_a_metre(self, typed, units):
+        assert scale_of(typed) == pytest.approx(units, rel=1e-15)
+
+    def test_inches_are_inches(self):
+        # A metre is 39.37 inches.
+        assert scale_of("in") == pytest.approx(39.3700787, abs=1e-7)
+
+    @pytest.mark.parametrize("typed", ["", "parsec", "0", "-1", "nan", "inf", "1e7", "1e-4"])
+    def test_a_scale_that_is_none_is_refused(self, typed):
+        with pytest.raises(ValueError, match="a unit"):
+            scale_of(typed)
+
+    def test_the_orders_of_the_help_are_those_of_the_angles(self):
+        assert sorted(BVH_ORDERS) == sorted(ORDERS) and BVH_ORDERS[0] == "ZXY"
+
+
+class TestRestPose:
+    def test_offsets_and_end_sites_are_the_rest_pose_of_the_rig(self, case):
+        fit, text, _ = case
+        head, _ = text.split("MOTION")
+        rig, _, _ = rig_of(fit)
+        rows = re.findall(r"(ROOT|JOINT|End) (\S+)\s*\{\s*OFFSET (\S+) (\S+) (\S+)", head)
+        want = []
+        for i, (name, offset) in enumerate(zip(rig.names, rig.offsets, strict=True)):
+            want.append((name, offset))
+            if i in rig.ends:
+                want.append(("Site", rig.ends[i]))
+        # A joint's End Site stands behind it where it has no children, and only those have one.
+        assert [row[1] for row in rows] == [name for name, _ in want]
+        found = np.array([row[2:] for row in rows], float)
+        np.testing.assert_allclose(found / CM, [place for _, place in want], atol=LENGTH)
+
+    def test_zero_channels_of_bvhio_are_it_too(self, case):
+        fit, text, path = case
+        zero = path.parent / "zero.bvh"
+        lines = text.splitlines()
+        at = next(i for i, line in enumerate(lines) if line.startswith("Frame Time"))
+        count = len(lines[at + 1].split())
+        lines = [*lines[: at + 1], " ".join(["0.000000"] * count)]
+        zero.write_text("\n".join(lines).replace(f"Frames: {len(fit.frame_numbers)}", "Frames: 1") + "\n")  # fmt: skip
+        found = {name: np.array(place[0]) for name, place in by_bvhio(zero, 0).items()}
+        rig, _, _ = rig_of(fit)
+        joints, _ = rest_places(rig)
+        for name, place in zip(rig.names, joints - joints[0], strict=True):
+            np.testing.assert_allclose(found[name] / CM, place, atol=SINGLE, err_msg=name)
+
 
 class TestGaps:
-    def test_a_short_gap_is_filled_and_listed(self):
+    def test_what_it_cannot_hold_is_said_with_what_to_do(self):
+        with pytest.raises(ExportError, match="a BVH cannot say that something is missing") as told:
+            write(fit_without(on("Head"), [0]))
+        assert "frames 101;" in told.value.message and "--trim" in told.value.hint
+
+    def test_trimmed_frames_are_not_in_the_file_and_the_others_are_as_they_were(self):
+        made = write(fit_without(on("Head"), [0, 1, 2, 299]), trim=True)
+        assert "BVH: 4 incomplete frames at the ends left out" in made.notes
+        assert "Frames: 296\n" in made.files[".bvh"]
+        # The root does not depend on the head; centimetres, six decimals.
+        np.testing.assert_allclose(
+            motion_of(made.files[".bvh"])[:, :3], motion_of(text_of(whole()))[3:299, :3], atol=1e-6
+        )
+
+    def test_a_filled_gap_has_numbers_near_what_was_there(self):
         gap = slice(100, 112)
-        fit = fit_without(on("Head"), gap)
-        rendered = write(fit)
+        made = write(fit_without(on("Head"), gap))
         # The clip's first frame is number 101.
-        assert any("Head" in note and "201-212" in note for note in rendered.notes)
-        found = motion_of(rendered.files[".bvh"])
+        assert "BVH: Head filled in frames 201-212" in made.notes
+        found = motion_of(made.files[".bvh"])
         assert np.isfinite(found).all() and len(found) == 300
-        whole = motion_of(text_of(fit_recording(recording())))
         # Twelve frames are 0.2 s: the head is near where it was.
-        read = re.findall(r"(?:ROOT|JOINT) (\w+)", rendered.files[".bvh"])
-        neck = 3 + 3 * read.index("Neck")
-        away = (found - whole)[gap, neck : neck + 3]
+        neck = 3 + 3 * joint_names_of(made.files[".bvh"]).index("Neck")
+        away = (found - motion_of(text_of(whole())))[gap, neck : neck + 3]
         assert 0 < np.abs((away + 180) % 360 - 180).max() < 30
 
-    def test_a_gap_in_the_root_is_filled_along_a_line(self):
-        gap = slice(100, 106)
-        fit = fit_without(["RFWT", "LFWT"], gap)
-        rendered = write(fit)
-        assert any("Hips" in note and "201-206" in note for note in rendered.notes)
-        places = motion_of(rendered.files[".bvh"])[99:107, :3]
-        # Six decimals, and the second difference takes each four times.
-        np.testing.assert_allclose(np.diff(places, 2, axis=0)[:-1], 0, atol=4 * 0.5e-6)
-
-    def test_single_frames_are_listed_as_such(self):
-        fit = fit_without(on("Head"), [50, 60])
-        assert any("151, 161" in note for note in write(fit).notes)
-
-    def test_too_long_a_gap_is_refused(self):
-        most = int(LONGEST_GAP * 60)
-        fit = fit_without(on("Head"), slice(100, 100 + most))
-        assert any("Head" in note for note in write(fit).notes)
-        fit = fit_without(on("Head"), slice(100, 100 + most + 1))
-        with pytest.raises(ExportError, match=r"Head has no pose for 0\.5 s"):
-            write(fit)
-
-    def test_missing_ends_need_trim(self):
-        fit = fit_without(on("Head"), [0, 1, 2, 299])
-        with pytest.raises(ExportError, match="101-103, 400") as caught:
-            write(fit)
-        assert "--trim" in caught.value.hint
-        rendered = write(fit, trim=True)
-        assert any("4 incomplete frames" in note for note in rendered.notes)
-        assert "Frames: 296\n" in rendered.files[".bvh"]
-        whole = motion_of(text_of(fit_recording(recording())))
-        trimmed = motion_of(rendered.files[".bvh"])
-        # The root does not depend on the head; centimetres, six decimals.
-        np.testing.assert_allclose(trimmed[:, :3], whole[3:299, :3], atol=1e-6)
-
-    def test_gaps_are_numbered_by_the_file_after_trimming_too(self):
-        fit = fit_without(on("Head"), [0, 1, 2, 150])
-        notes = write(fit, trim=True).notes
-        assert any("Head" in note and re.search(r"\b251\b", note) for note in notes)
-
-    def test_segments_that_are_never_seen_at_the_same_time_are_refused(self):
-        clip = recording()
-        points = clip.points.copy()
-        for label in on("Head"):
-            points[150:, clip.labels.index(label)] = np.nan
-        for label in on("LeftFoot"):
-            points[:150, clip.labels.index(label)] = np.nan
-        fit = fit_recording(replace(clip, points=points))
-        for trim in (False, True):
-            with pytest.raises(ExportError, match="not seen at the same time"):
-                write(fit, trim=trim)
-
     def test_the_bundled_clip_with_gaps_says_what_is_missing(self):
-        fit = fit_sample("gaps")
         with pytest.raises(ExportError, match="not every segment has a pose") as caught:
-            write(fit)
+            write(fit_sample("gaps"))
         assert "trim" in caught.value.hint
-
-    def test_a_joint_that_is_not_fitted_is_left_out_and_listed(self):
-        fit = fit_without(["LFIN"], slice(None))
-        rendered = write(fit)
-        assert any("without LeftWrist" in note for note in rendered.notes)
-        text = rendered.files[".bvh"]
-        assert "LeftWrist" not in text and "RightWrist" in text
-        assert text.count("End Site") == 5
-        ends = re.findall(r"End Site\s*\{\s*OFFSET (\S+) (\S+) (\S+)", text)
-        assert min(np.linalg.norm(np.array(end, float)) for end in ends) >= CM * SHORTEST_END
-        assert len(motion_of(text)[0]) == 6 + 13 * 3
-
-    def test_a_branch_that_is_not_fitted_is_left_out_whole(self):
-        fit = fit_without(on("UpperLeftArm"), slice(None))
-        rendered = write(fit)
-        (note,) = (note for note in rendered.notes if "without" in note)
-        assert all(name in note for name in ("LeftShoulder", "LeftElbow", "LeftWrist"))
-        assert rendered.files[".bvh"].count("JOINT") == 11
-
-    def test_trim_is_what_the_writer_is_told(self):
-        fit = turned(fit_without(on("Head"), [0]), "y")
-        text, notes = bvh(fit, trim=True)
-        assert "Frames: 299\n" in text
-        assert notes == write(fit_without(on("Head"), [0]), trim=True).notes
-
-
-class TestFilling:
-    @LAWS
-    @given(st.lists(st.booleans(), max_size=30))
-    def test_runs_are_the_stretches_of_true(self, flags):
-        found = runs(np.array(flags, dtype=bool))
-        rebuilt = np.zeros(len(flags), dtype=bool)
-        for start, stop in found:
-            assert start < stop
-            assert not rebuilt[max(start - 1, 0) : stop + 1].any()
-            rebuilt[start:stop] = True
-        assert rebuilt.tolist() == flags
-
-    def test_runs_of_nothing_and_of_everything(self):
-        assert runs(np.zeros(0, dtype=bool)) == []
-        assert runs(np.zeros(3, dtype=bool)) == []
-        assert runs(np.ones(3, dtype=bool)) == [(0, 3)]
-        assert runs(np.array([True, False, True, True])) == [(0, 1), (2, 4)]
-
-    @LAWS
-    @given(st.integers(0, 2**32 - 1), st.floats(0, np.pi))
-    def test_rotations_are_filled_as_by_slerp(self, seed, angle):
-        rng = np.random.default_rng(seed)
-        axis = rng.normal(size=3)
-        ends = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
-        first = Rotation.random(random_state=rng)
-        keys = Rotation.concatenate([first, first * ends])
-        count = int(rng.integers(1, 20))
-        track = np.full((count + 2, 3, 3), np.nan)
-        track[0], track[-1] = keys.as_matrix()
-        filled = fill_rotations(track)
-        np.testing.assert_array_equal(filled[[0, -1]], track[[0, -1]])
-        times = np.arange(count + 2) / (count + 1)
-        # An angle's cosine is known to eps; near half a turn and near none its angle to √eps, the
-        # axis at half a turn likewise.
-        tolerance = 4 * np.sqrt(np.finfo(float).eps)
-        step = Rotation.from_matrix(filled[:-1].swapaxes(1, 2) @ filled[1:]).magnitude()
-        np.testing.assert_allclose(step, angle / (count + 1), rtol=0, atol=tolerance)
-        if angle < np.pi - 1e-3:
-            expected = Slerp([0.0, 1.0], keys)(times).as_matrix()
-            np.testing.assert_allclose(filled, expected, rtol=0, atol=tolerance)
-        unit = filled.swapaxes(1, 2) @ filled
-        np.testing.assert_allclose(unit, np.broadcast_to(np.eye(3), unit.shape), atol=1e-12)
-        assert (np.linalg.det(filled) > 0).all()
-
-    @pytest.mark.parametrize(
-        "axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0, 0.8), (-0.6, 0.8, 0)]
-    )
-    def test_half_a_turn_goes_one_way_or_the_other_at_constant_speed(self, axis):
-        track = np.full((5, 3, 3), np.nan)
-        track[0] = np.eye(3)
-        track[4] = 2 * np.outer(axis, axis) - np.eye(3)
-        filled = Rotation.from_matrix(fill_rotations(track))
-        for k in range(1, 4):
-            vector = filled[k].as_rotvec()
-            assert np.linalg.norm(vector) == pytest.approx(k * np.pi / 4, abs=1e-12)
-            assert abs(np.dot(vector / np.linalg.norm(vector), axis)) == pytest.approx(1, abs=1e-12)
-
-    def test_no_turn_at_all_stays_where_it_is(self):
-        track = np.full((4, 3, 3), np.nan)
-        track[0] = track[3] = Rotation.from_rotvec([0.3, -0.2, 0.9]).as_matrix()
-        np.testing.assert_allclose(fill_rotations(track), np.tile(track[0], (4, 1, 1)), atol=1e-15)
-
-    def test_several_gaps_are_each_filled_between_their_own_ends(self):
-        turn = Rotation.from_rotvec(np.linspace(0, 2, 21)[:, None] * [0.0, 0.6, 0.8]).as_matrix()
-        gappy = turn.copy()
-        gappy[[3, 4, 10, 15, 16, 17]] = np.nan
-        # At constant speed about one axis, filling is undoing.
-        np.testing.assert_allclose(fill_rotations(gappy), turn, rtol=0, atol=1e-14)
-        line = np.linspace(0, 1, 21)[:, None] * [1.0, -2.0, 3.0]
-        holes = line.copy()
-        holes[[3, 4, 10, 15, 16, 17]] = np.nan
-        np.testing.assert_allclose(fill_positions(holes), line, rtol=0, atol=1e-14)
-
-    def test_what_is_complete_is_left_as_it_is(self):
-        turn = Rotation.random(5, random_state=1).as_matrix()
-        np.testing.assert_array_equal(fill_rotations(turn), turn)
-        place = np.random.default_rng(1).normal(size=(5, 3))
-        np.testing.assert_array_equal(fill_positions(place), place)

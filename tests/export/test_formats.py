@@ -2,15 +2,14 @@
 
 import subprocess
 import sys
+from dataclasses import replace
+from io import BytesIO
 
 import numpy as np
 import pytest
-from recordings import ASSOCIATIONS, SAMPLES, fit_sample
+from recordings import ASSOCIATIONS, SAMPLES, fit_sample, rendered
 
 from mocap_skel import points_table, read_clip
-from mocap_skel.errors import CallError
-from mocap_skel.export import WRITERS, Options
-from mocap_skel.export.trc import trc
 from mocap_skel.results.tables import joint_rows
 
 parquet = pytest.importorskip("pyarrow.parquet")
@@ -38,7 +37,8 @@ def read_trc(text):
 @pytest.mark.parametrize("name", ["gaps", "range_of_motion"])
 def test_trc_holds_the_tracks_with_y_up(name):
     fit = fit_sample(name)
-    text, notes = trc(fit, f"{name}.trc")
+    made = rendered("trc", fit)
+    text, notes = made.files[".skeleton.trc"], made.notes
     head, names, frames, time, points = read_trc(text)
     assert names == [title for title, _ in fit.tracks()]
     assert np.array_equal(frames, fit.frame_numbers)
@@ -54,22 +54,40 @@ def test_trc_holds_the_tracks_with_y_up(name):
 
 def test_trc_obeys_up_and_takes_the_markers_along():
     fit, clip = fit_sample("range_of_motion"), read_clip(SAMPLES / "range_of_motion.c3d")
-    rendered = WRITERS["trc"](fit, Options(up="z", markers=True, clip=clip))
-    _, names, _, _, points = read_trc(rendered.files[".skeleton.trc"])
-    assert rendered.notes == ()
+    made = rendered("trc", fit, clip, up="z", markers=True)
+    _, names, _, _, points = read_trc(made.files[".skeleton.trc"])
+    assert made.notes == ()
     assert set(clip.labels) <= set(names)
     label = clip.labels[3]
     np.testing.assert_allclose(points[:, names.index(label)], clip.points[:, 3], atol=5.1e-7)
     np.testing.assert_allclose(points[:, 0], fit.joints[0].track, atol=5.1e-7)
 
 
-def test_trc_markers_need_the_clip():
-    with pytest.raises(CallError, match="not in the fit"):
-        WRITERS["trc"](fit_sample("range_of_motion"), Options(markers=True))
+def test_trc_has_the_markers_of_its_own_subject_and_the_frames_of_the_clip():
+    fit, clip = fit_sample("two_dancers", "Ben"), read_clip(SAMPLES / "two_dancers.c3d")
+    text = rendered("trc", fit, clip, up="z", markers=True).files[".skeleton.trc"]
+    head, names, frames, _, points = read_trc(text)
+    own = [i for i, subject in enumerate(clip.subjects) if subject == "Ben"]
+    assert names[20:] == [clip.labels[i] for i in own] and len(own) == 41
+    np.testing.assert_allclose(points[:, 20:], clip.points[:, own], atol=5.1e-7)
+    assert frames[0] == 101 and head["OrigDataStartFrame"] == "101"
+
+
+def test_trc_names_are_one_word_and_no_two_the_same():
+    clip = read_clip(SAMPLES / "nearly_still.c3d")
+    clip = replace(clip, labels=("LeftHip", "LeftHip_2", "my  own marker", *clip.labels[3:]))
+    made = rendered("trc", fit_sample("nearly_still"), clip, markers=True)
+    _, names, _, _, points = read_trc(made.files[".skeleton.trc"])
+    assert names[20:23] == ["LeftHip_2", "LeftHip_2_2", "my_own_marker"]
+    assert len(set(names)) == len(names)
+    # y up: x, y, z are the clip's y, z, x.
+    np.testing.assert_allclose(points[:, 20], clip.points[:, 0][:, [1, 2, 0]], atol=5.1e-7)
+    said = "TRC: markers whose name a joint has get a number: LeftHip_2, LeftHip_2_2"
+    assert said in made.notes
 
 
 def written(name, folder, **options):
-    for suffix, content in WRITERS["parquet"](fit_sample(name), Options(**options)).files.items():
+    for suffix, content in rendered("parquet", fit_sample(name), **options).files.items():
         (folder / f"clip{suffix}").write_bytes(content)
     return folder / "clip.skeleton.parquet", folder / "clip.joints.parquet"
 
@@ -132,6 +150,17 @@ def test_joints_parquet_has_typed_columns(name, tmp_path):
     types = {field.name: str(field.type) for field in table.schema}
     assert types["radius"].startswith("list<") and "double" in types["radius"]
     assert types["samples"] == "int64" and types["x"] == "double" and types["reason"] == "string"
+
+
+def test_columns_keep_their_type_where_nothing_is_known():
+    fit = fit_sample("nearly_still")
+    nothing = {"markers": (), "radius": np.empty(0), "centre": np.full(3, np.nan)}
+    bare = replace(fit, joints=tuple(replace(joint, **nothing) for joint in fit.joints))
+    content = rendered("parquet", bare).files[".joints.parquet"]
+    table = parquet.read_table(BytesIO(content))
+    types = {field.name: str(field.type) for field in table.schema}
+    assert "string" in types["markers"] and "double" in types["radius"]
+    assert types["x"] == "double" and table["x"].null_count == 14
 
 
 def mocap_skel(*arguments, **options):
@@ -197,11 +226,11 @@ def test_trc_of_a_real_clip_with_missing_ends(shared_clips, tmp_path):
     np.testing.assert_array_equal(points, want)
 
 
-def test_a_c3d_needs_the_file_it_is_a_copy_of():
-    with pytest.raises(CallError, match="copy of the clip's file"):
-        WRITERS["c3d"](fit_sample("nearly_still"), Options())
+def test_a_c3d_keeps_the_axes_of_its_file_and_says_so():
     path = SAMPLES / "nearly_still.c3d"
-    options = Options(clip=read_clip(path), path=path, up="y")
-    rendered = WRITERS["c3d"](fit_sample("nearly_still"), options)
-    assert rendered.notes[0] == "C3D: a copy keeps the file's axes, z up"
-    assert len(rendered.files[".skeleton.c3d"]) > path.stat().st_size
+    made = rendered("c3d", fit_sample("nearly_still"), read_clip(path), path, up="y")
+    assert made.notes[0] == "C3D: a copy keeps the file's axes, z up"
+    assert len(made.files[".skeleton.c3d"]) > path.stat().st_size
+    as_it_is = rendered("c3d", fit_sample("nearly_still"), read_clip(path), path, up="z")
+    assert as_it_is == rendered("c3d", fit_sample("nearly_still"), read_clip(path), path)
+    assert as_it_is.files == made.files and not as_it_is.notes

@@ -10,15 +10,14 @@ import json
 import re
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pybvh
 import pytest
-from recordings import clip_of, constant_error, fit_clip, fit_recording
+from recordings import constant_error, fit_recording
 
-from mocap_skel import associate, read_association, read_clip
+from mocap_skel import read_association
 from mocap_skel.artificial import (
     Faults,
     circumduct,
@@ -31,9 +30,8 @@ from mocap_skel.artificial import (
     record,
     write_c3d,
 )
-from mocap_skel.errors import AssociationError, ClipError, RootError, SkeletonError
+from mocap_skel.errors import RootError
 from mocap_skel.figure.skeleton import SHIPPED, read_skeleton
-from mocap_skel.labels.association import SHIPPED as ASSOCIATION_FILES
 
 ROOT = Path(__file__).parents[2]
 SIGMA = 0.001
@@ -115,9 +113,9 @@ def test_joints_that_move_in_all_directions_are_as_near_as_the_noise_allows(fitt
     folder, rows = fitted(name)
     truth, found = tracks(folder / "clip.truth.csv"), tracks(folder / "clip.skeleton.csv")
     assert list(rows) == list(truth)
-    known = [joint for joint, row in rows.items() if row["determined"] == "yes"]
-    assert known == list(rows) or name == "hand"
-    for joint in known:
+    shown = [joint for joint, row in rows.items() if row["shown"] == "yes"]
+    assert shown == list(rows) or name == "hand"
+    for joint in shown:
         rms = np.sqrt(np.nanmean(((found[joint] - truth[joint]) ** 2).sum(axis=1)))
         # A fifth for the constant's own error, and for the law, which is of first order.
         assert rms < 1.2 * frame_noise(name, joint), joint
@@ -145,9 +143,9 @@ def test_fingers_get_honest_verdicts(fitted):
     for joint, row in rows.items():
         away = np.sqrt(np.nanmean(((found[joint] - truth[joint]) ** 2).sum(axis=1)))
         if joint in hinges:
-            assert row["determined"] == "no" and row["reason"], joint
+            assert row["shown"] == "no" and row["reason"], joint
         else:
-            assert row["determined"] in ("yes", "weak"), joint
+            assert row["shown"] in ("yes", "weak"), joint
             assert away < 1.2 * frame_noise("hand", joint), joint
 
 
@@ -200,7 +198,7 @@ def test_a_tree_of_ones_own_can_be_filmed_and_fitted(tmp_path):
     assert made.returncode == 0, made.stderr
     done = run("mocap_skel", "fit", "clip.c3d", "--assoc", "thing.txt", "--json", cwd=tmp_path)
     rows = [json.loads(line) for line in done.stdout.splitlines()]
-    assert {row["joint"]: row["determined"] for row in rows} == {
+    assert {row["joint"]: row["shown"] for row in rows} == {
         "Shoulder1": "yes", "Shoulder2": "yes", "Elbow2": "yes",
     }  # fmt: skip
 
@@ -273,7 +271,7 @@ def test_a_leg_alone_with_the_human_says_which_figure_fits(tmp_path):
     assert "the clip shows UpperRightLeg: try --skeleton right_leg" in refused.stderr
     done = run(*call, "--skeleton", "right_leg", cwd=tmp_path)
     rows = [json.loads(line) for line in done.stdout.splitlines()]
-    assert [(r["joint"], r["determined"]) for r in rows] == [
+    assert [(r["joint"], r["shown"]) for r in rows] == [
         ("RightKnee", "yes"), ("RightAnkle", "yes"),
     ]  # fmt: skip
 
@@ -292,137 +290,3 @@ def test_joints_without_markers_are_reported_and_the_others_fitted():
     assert fitted == ["RightHip", "RightKnee", "RightAnkle"]
     assert len(fit.joints) == 14
     assert any("Waist (no marker on Chest)" in note for note in fit.notes)
-
-
-# --- association files and a part of their figure
-
-
-def test_a_part_of_the_associations_figure_takes_its_markers_only():
-    found = read_association("cmu", "upper_body")
-    segments = {s.name for s in found.skeleton.segments}
-    assert {r.segment for r in found.rules} <= segments
-    clip = clip_of(record(human(), marker_set("cmu"), range_of_motion(1, 60), seed=1))
-    (one,) = associate(clip, found)
-    assert one.unmatched == () and one.absent == ()
-    assert {"LKNE", "LFWT"} < set(one.ignored)
-    assert len(fit_clip(clip, found).joints) == 7
-
-
-def test_a_name_of_neither_figure_is_still_an_error(tmp_path):
-    path = tmp_path / "own.txt"
-    path.write_text("a CLAV\nb CLAF\n")
-    with pytest.raises(AssociationError, match=r"own\.txt:2:3: 'CLAF' is no marker"):
-        read_association(path, "upper_body")
-
-
-def test_a_figure_with_none_of_the_markers_is_refused():
-    with pytest.raises(AssociationError, match="none of its markers is one of the skeleton 'hand'"):
-        read_association("cmu", "hand")
-
-
-def test_a_set_of_which_nothing_can_be_fitted_says_so():
-    clip = replace(
-        clip_of(record(human(), {"M1": ("Hips", (0.1, 0, 0))}, range_of_motion(1, 60))), name="mm"
-    )
-    with pytest.raises(ClipError, match="no marker to fit, only labels to ignore"):
-        associate(clip, read_association("motion_monitor_points"))
-
-
-@pytest.mark.parametrize("path", sorted(ASSOCIATION_FILES.glob("*.txt")), ids=lambda p: p.stem)
-def test_every_association_file_says_what_it_is_for(path):
-    lines = path.read_text().splitlines()
-    assert lines[0].startswith("# ")
-    assert max(map(len, lines)) <= 120
-    head = [line for line in lines[: lines.index("")] if line.startswith("# ")]
-    assert len(head) >= 2
-
-
-# Which association file belongs to which recording. Every label has its line.
-SETS = {
-    "cmu/01_01": "cmu",
-    "cmu/basketball": "cmu",
-    "hdm05/HDM_dg_06-03_03_120": "cmu",
-    "functional_hip/FunctionalLHip": "plug_in_gait_clusters",
-    "functional_hip/FunctionalWalk": "plug_in_gait_clusters",
-    "functional_knee/right_knee": "landmarks_and_triads",
-    "plug_in_gait/HC055A01": "oxford_foot_model",
-    "plug_in_gait/HC055A34": "oxford_foot_model",
-    "two_subjects/kinematics_tennis_serve_2players": "plug_in_gait",
-    "odd_files/Dance": "phoenix_channels",
-    "odd_files/bad_parameter_section": "numbered_points",
-    "odd_files/Eb015pi": "lower_body_plates",
-    "odd_files/Eb015si": "lower_body_plates",
-    "odd_files/duplicate_labels": "wheelchair_upper_body",
-    "odd_files/sub_labels": "plug_in_gait_kad",
-}
-
-
-@pytest.mark.real
-@pytest.mark.parametrize("clip", SETS)
-def test_every_label_of_every_recording_is_assigned_or_ignored_with_a_reason(shared_clips, clip):
-    read = read_clip(shared_clips / f"{clip}.c3d")
-    found = associate(read, read_association(SETS[clip]))
-    assert found
-    for subject in found:
-        assert subject.unmatched == ()
-        assert sum(map(len, subject.columns.values())) >= 12
-
-
-# --- errors in skeleton files
-
-LEG = """name = "leg"   # a comment with "T1" and parent = "x"
-[[segment]]
-name = "Shank"
-parent = "Thigh"
-joint = "Knee"
-markers = [
-    "S1", # "S2" is below
-    "S2",
-]
-ends = ["S2"]
-prior = {mean = ["T3"], sd = 0.02, source = "me"}
-
-[[segment]]
-name = "Thigh"
-markers = ["T1", "T2", "T3"]
-"""
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "place", "what", "hint"),
-    [
-        ('parent = "Thigh"', 'parent = "Tigh"', "4:10", "unknown 'Tigh'", "did you mean Thigh?"),
-        ('ends = ["S2"]', 'ends = ["S1", "S3"]', "10:15", "'S3'", "did you mean S2 or S1?"),
-        ("ends =", "end =", "10:1", "unknown key 'end'", "did you mean ends?"),
-        ("sd = 0.02", "sx = 0.02", "11:25", "unknown key 'sx'", "did you mean sd?"),
-        ("sd = 0.02", "sd = -1", "11:25", "sd is a length", None),
-        ('"T2", "T3"', '"T2", "S2"', "15:24", "marker 'S2' stands in it 2 times", None),
-        ('"T2", "T3"', '"T2", "T2"', "15:24", "marker 'T2' stands in it 2 times", None),
-        ('name = "Thigh"', 'name = "Shank"', "14:8", "segment 'Shank'", None),
-        ('name = "Thigh"\n', "", "13:1", "without a name", None),
-        ('joint = "Knee"\n', "", "4:1", "belong together", None),
-        ('joint = "Knee"', 'joint = "Thigh"', "5:9", "names a segment and a joint", None),
-        ('parent = "Thigh"\njoint = "Knee"\n', "", "11:1", "exactly one root", None),
-        ('["T1", "T2", "T3"]', '"T1"', "15:1", "a list of names", None),
-        ('name = "leg"', 'nam = "leg"', "1:1", "unknown key 'nam'", "did you mean name?"),
-        ("[[segment]]\nname = \"Sh", "[[segment\nname = \"Sh", "2:10", "]]", None),
-    ],
-)  # fmt: skip
-def test_errors_in_a_skeleton_file_name_line_and_column(tmp_path, old, new, place, what, hint):
-    path = tmp_path / "leg.toml"
-    assert old in LEG
-    path.write_text(LEG.replace(old, new))
-    with pytest.raises(SkeletonError) as error:
-        read_skeleton(path)
-    assert error.value.message.startswith(f"{path}:{place}: ")
-    assert what in error.value.message
-    assert error.value.hint == hint
-
-
-def test_tables_written_inline_are_read_and_their_errors_named(tmp_path):
-    path = tmp_path / "leg.toml"
-    path.write_text(
-        'segment = [{name = "A", markers = ["a"]}, {name = "B", parent = "C", joint = "J"}]'
-    )
-    with pytest.raises(SkeletonError, match=r"leg\.toml:1:\d+: segment 'B' hangs from unknown 'C'"):
-        read_skeleton(path)

@@ -20,7 +20,8 @@ import pytest
 
 METRES = 2e-5
 SHARE = 1e-3
-TEXT = ("joint", "parent", "child", "markers", "samples", "determined", "method", "prior")
+TEXT = ("joint", "parent", "child", "markers", "samples", "shown", "method", "prior",
+        "determined")  # fmt: skip
 LENGTHS = (
     "x",
     "y",
@@ -60,8 +61,8 @@ def numbers(cell):
 def unknown(name):
     """Joints with the verdict "no", and the leaves whose pose may rest on them."""
     joints = rows(kept(f"{name}.joints.csv"))
-    no = {row["joint"] for row in joints if row["determined"] == "no"}
-    return no | {row["child"] for row in joints if row["determined"] == "no"}
+    no = {row["joint"] for row in joints if row["shown"] == "no"}
+    return no | {row["child"] for row in joints if row["shown"] == "no"}
 
 
 def test_the_same_files_are_made(fresh):
@@ -84,7 +85,7 @@ def test_the_joints_are_the_same(fresh, name):
         assert re.sub(r"\d+", "#", row["reason"]) == re.sub(r"\d+", "#", old["reason"]), where
         for column in (*LENGTHS, *SHARES):
             assert len(row[column].split()) == len(old[column].split()), f"{where}: {column}"
-        if old["determined"] == "no":
+        if old["shown"] == "no":
             continue
         for column, tolerance in (
             *((c, {"rtol": 0, "atol": METRES}) for c in LENGTHS),
@@ -119,7 +120,7 @@ def test_the_tracks_are_the_same(fresh, name):
 def test_the_comparison_is_not_empty():
     """Most joints of the clips that were made to show them are compared by number."""
     compared = {
-        name: sum(row["determined"] != "no" for row in rows(kept(f"{name}.joints.csv")))
+        name: sum(row["shown"] != "no" for row in rows(kept(f"{name}.joints.csv")))
         for name in NAMES
     }
     assert compared["range_of_motion"] == 14

@@ -1,9 +1,7 @@
-"""Motion and anatomy together: limits, invariances, and the error that skin makes. Hypothesis draws the rest.
+"""Motion and anatomy together: limits and invariances. Hypothesis draws the rest.
 
 Algebra of 3×3 matrices with condition numbers below 1e6 is held to 1e-9 relative.
 """
-
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,11 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mocap_skel.artificial.rotations import from_vector
-from mocap_skel.artificial.spheres import cap
-from mocap_skel.joints.posterior import SLIDE, Skin, combine, skin_error, with_shared_point
+from mocap_skel.joints.posterior import Estimate, combine, with_shared_point
 from mocap_skel.joints.priors import Expected
 from mocap_skel.joints.two_sided import SharedPoint
-from mocap_skel.spherefit import fit_sphere, radial_variance, smooth_share, sphere_moments
 
 vectors = st.tuples(*[st.floats(-3, 3)] * 3).map(np.array)
 sds = st.tuples(*[st.floats(1e-3, 1.0)] * 3).map(np.array)
@@ -23,6 +19,15 @@ sds = st.tuples(*[st.floats(1e-3, 1.0)] * 3).map(np.array)
 
 def expected(mean=(0.0, 0.0, 0.0), sd=0.02):
     return Expected(np.array(mean), sd**2 * np.eye(3), ("A",), "s")
+
+
+def combined(centre, cov, prior):
+    return combine(Estimate(centre, cov), prior)
+
+
+def averaged(centre, cov, point, slide):
+    found = with_shared_point(Estimate(centre, cov), point, slide)
+    return found.centre, found.covariance
 
 
 def covariance(sd, turn=(0.0, 0.0, 0.0)):
@@ -35,7 +40,7 @@ def covariance(sd, turn=(0.0, 0.0, 0.0)):
 
 def test_without_anatomy_the_motion_stays_what_it_is():
     cov = covariance([0.1, 0.2, 0.3], (1.0, 0.5, 0.2))
-    found = combine(np.array([1.0, 2.0, 3.0]), cov, None)
+    found = combined(np.array([1.0, 2.0, 3.0]), cov, None)
     assert (found.centre == [1.0, 2.0, 3.0]).all()
     assert (found.covariance == cov).all()
     assert found.share == 1.0
@@ -43,7 +48,7 @@ def test_without_anatomy_the_motion_stays_what_it_is():
 
 def test_a_motion_that_knows_nothing_leaves_anatomy():
     prior = expected((0.1, 0.2, 0.3))
-    found = combine(np.array([0.5, 0.5, 0.5]), 1e6 * np.eye(3), prior)
+    found = combined(np.array([0.5, 0.5, 0.5]), 1e6 * np.eye(3), prior)
     assert np.abs(found.centre - prior.mean).max() < 1e-9
     # The share is that of the variances, 4e-4 of 1e6.
     assert np.abs(found.covariance / prior.covariance.max() - np.eye(3)).max() < 1e-6
@@ -52,7 +57,7 @@ def test_a_motion_that_knows_nothing_leaves_anatomy():
 
 def test_an_exact_motion_belongs_to_itself():
     centre = np.array([0.01, 0.0, 0.0])
-    found = combine(centre, np.zeros((3, 3)), expected())
+    found = combined(centre, np.zeros((3, 3)), expected())
     assert (found.centre == centre).all()
     assert (found.covariance == 0).all()
     assert found.share == 1.0
@@ -60,23 +65,36 @@ def test_an_exact_motion_belongs_to_itself():
 
 def test_each_direction_by_its_own_information():
     """A hinge: exact across its axis, nothing along it."""
-    found = combine(np.array([0.01, 0.01, 0.01]), np.diag([1e-12, 1e6, 1e-12]), expected())
+    found = combined(np.array([0.01, 0.01, 0.01]), np.diag([1e-12, 1e6, 1e-12]), expected())
     assert found.centre == pytest.approx([0.01, 0.0, 0.01], abs=1e-9)
     assert found.share == pytest.approx(2 / 3, abs=1e-6)
 
 
 def test_two_that_know_alike_meet_halfway():
-    found = combine(np.array([0.02, 0.0, 0.0]), 0.02**2 * np.eye(3), expected(sd=0.02))
+    found = combined(np.array([0.02, 0.0, 0.0]), 0.02**2 * np.eye(3), expected(sd=0.02))
     assert found.centre == pytest.approx([0.01, 0, 0])
     assert found.covariance == pytest.approx(0.5 * 0.02**2 * np.eye(3))
     assert found.share == pytest.approx(0.5)
+
+
+def test_information_adds_up_whatever_the_directions_of_both():
+    """(P⁻¹ + S⁻¹)⁻¹ of docs/priors.md, for ellipsoids that lie askew; no contradiction."""
+    p, s = covariance([0.01, 0.02, 0.03], (1, 2, 3)), covariance([0.03, 0.01, 0.02], (-1, 0.5, 0))
+    centre, mean = np.array([0.01, 0.0, 0.0]), np.array([0.0, 0.005, 0.0])
+    found = combined(centre, p, Expected(mean, s, ("A",), "s"))
+    both = np.linalg.inv(np.linalg.inv(p) + np.linalg.inv(s))
+    assert found.covariance == pytest.approx(both, rel=1e-9, abs=1e-12)
+    assert found.centre == pytest.approx(
+        both @ (np.linalg.solve(p, centre) + np.linalg.solve(s, mean))
+    )
+    assert found.share == pytest.approx(np.trace(both @ np.linalg.inv(p)) / 3)
 
 
 @pytest.mark.parametrize("sds_apart", [0.0, 1.0, 1.73, 1.74, 3.0, 10.0])
 def test_a_contradiction_widens_the_error_by_birges_factor(sds_apart):
     """χ² of the difference over its three degrees of freedom, never below one."""
     sd = 0.02 * np.sqrt(2)
-    found = combine(np.array([sds_apart * sd, 0, 0]), 0.02**2 * np.eye(3), expected(sd=0.02))
+    found = combined(np.array([sds_apart * sd, 0, 0]), 0.02**2 * np.eye(3), expected(sd=0.02))
     factor = max(sds_apart**2 / 3, 1.0)
     assert found.covariance == pytest.approx(factor * 0.5 * 0.02**2 * np.eye(3))
     # The place does not move by it.
@@ -86,12 +104,12 @@ def test_a_contradiction_widens_the_error_by_birges_factor(sds_apart):
 @settings(max_examples=80, deadline=None)
 @given(vectors, sds, vectors, vectors, st.floats(1e-3, 1.0))
 def test_the_covariance_is_one_and_the_share_a_share(centre, sd, turn, mean, prior_sd):
-    found = combine(centre, covariance(sd, turn), expected(mean, prior_sd))
+    found = combined(centre, covariance(sd, turn), expected(mean, prior_sd))
     assert (found.covariance == found.covariance.T).all()
     assert np.linalg.eigvalsh(found.covariance)[0] > 0
     assert 0 <= found.share <= 1
     # Without a contradiction, both together know more than either.
-    calm = combine(centre, covariance(sd, turn), expected(centre, prior_sd)).covariance
+    calm = combined(centre, covariance(sd, turn), expected(centre, prior_sd)).covariance
     for one in (covariance(sd, turn), prior_sd**2 * np.eye(3)):
         assert np.linalg.eigvalsh(one - calm)[0] > -1e-9
 
@@ -102,8 +120,8 @@ def test_turning_and_moving_the_frame_turns_and_moves_the_answer(c, sd, turn, me
     rotation = from_vector(about)
     cov = covariance(sd, turn)
     prior = expected(mean)
-    first = combine(c, cov, prior)
-    moved = combine(
+    first = combined(c, cov, prior)
+    moved = combined(
         rotation @ c + shift,
         rotation @ cov @ rotation.T,
         Expected(
@@ -124,17 +142,15 @@ def shared(centre=(0.0, 0.0, 0.0), turns=(0.2, 0.2, 0.2), residual=1e-4):
 
 
 def test_no_shared_point_no_change():
-    centre, cov = np.array([1.0, 0, 0]), np.eye(3)
+    motion = Estimate(np.array([1.0, 0, 0]), np.eye(3))
     for nothing in (None, shared(residual=0.0), shared(residual=float("nan"))):
-        found = with_shared_point(centre, cov, nothing, 1e-4)
-        assert found[0] is centre
-        assert found[1] is cov
+        assert with_shared_point(motion, nothing, 1e-4) is motion
 
 
 def test_what_did_not_turn_is_the_spheres_with_half_its_information():
     """Equal shares: along a direction of which only one knows, it keeps its place and half its information."""
     centre, cov = np.array([0.01, 0.02, 0.03]), covariance([0.01, 0.02, 0.03])
-    found, wider = with_shared_point(centre, cov, shared(turns=(0.0, 0.0, 0.0)), 1e-4)
+    found, wider = averaged(centre, cov, shared(turns=(0.0, 0.0, 0.0)), 1e-4)
     assert found == pytest.approx(centre)
     assert wider == pytest.approx(2 * cov)
 
@@ -142,9 +158,18 @@ def test_what_did_not_turn_is_the_spheres_with_half_its_information():
 def test_two_that_know_alike_meet_halfway_and_know_no_more():
     known = shared(turns=(0.5, 0.5, 0.5), residual=1e-4)
     variance = 1e-4 / 0.5
-    centre, cov = with_shared_point(np.array([0.02, 0, 0]), variance * np.eye(3), known, 0.0)
+    centre, cov = averaged(np.array([0.02, 0, 0]), variance * np.eye(3), known, 0.0)
     assert centre == pytest.approx([0.01, 0, 0])
     assert cov == pytest.approx(variance * np.eye(3))
+
+
+def test_a_point_that_slides_is_known_by_its_slide():
+    """1 / (residual / turns + slide) along each direction, half of that and of the sphere's."""
+    known = shared(turns=(0.5, 0.25, 1.0), residual=1e-4)
+    centre, cov = averaged(np.array([0.02, 0.02, 0.02]), 1e-3 * np.eye(3), known, 2e-4)
+    its = 1 / (1e-4 / np.array([0.5, 0.25, 1.0]) + 2e-4)
+    assert centre == pytest.approx(0.02 * 1000 / (1000 + its))
+    assert cov == pytest.approx(np.diag(2 / (1000 + its)))
 
 
 @settings(max_examples=50, deadline=None)
@@ -152,177 +177,10 @@ def test_two_that_know_alike_meet_halfway_and_know_no_more():
 def test_the_frame_does_not_matter_to_the_shared_point(c, sd, turn, point, about, residual, slide):
     rotation = from_vector(about)
     cov, one = covariance(sd, turn), shared(point, (0.5, 0.1, 0.0), residual)
-    first = with_shared_point(c, cov, one, slide)
+    first = averaged(c, cov, one, slide)
     turned = SharedPoint(rotation @ one.centre, rotation @ one.turns @ rotation.T, residual)
-    found = with_shared_point(rotation @ c, rotation @ cov @ rotation.T, turned, slide)
+    found = averaged(rotation @ c, rotation @ cov @ rotation.T, turned, slide)
     assert np.abs(found[0] - rotation @ first[0]).max() < 1e-6
     assert np.abs(found[1] - rotation @ first[1] @ rotation.T).max() < 1e-6
     # Neither adds to what the other knows: never narrower than the narrower of both.
     assert np.linalg.eigvalsh(found[1])[0] > 0
-
-
-# --- skin
-
-
-def skin_of(points, residual=None, smooth=1.0, noise=0.0, leverage=0.0, reach=1.0, **more):
-    """skin_error of points (frames, M, 3) with given numbers a marker."""
-    moments = sphere_moments(np.swapaxes(points, 0, 1))
-    count = points.shape[1]
-    fit = fit_sphere(np.swapaxes(points, 0, 1), "sgdk", sigma=1e-6, moments=moments)
-    eye = np.broadcast_to(np.eye(3), (count, 3, 3))
-    return skin_error(
-        moments, fit, radial_variance(moments, fit) if residual is None else np.full(count, residual),
-        np.full(count, smooth), noise * eye, leverage * eye, reach, **more,
-    )  # fmt: skip
-
-
-def sphere_points(frames=800, seed=3, angle=0.8, radii=(0.3, 0.4)):
-    """Markers on concentric caps about the origin, (frames, M, 3)."""
-    rng = np.random.default_rng(seed)
-    return np.stack([cap(rng, (frames,), angle, r) for r in radii], axis=1)
-
-
-def test_nothing_smooth_nothing_lost():
-    """Noise from frame to frame averages out: skin has no part in it but what chance may hide."""
-    residual, frames = 1e-4, 800
-    found = skin_of(sphere_points(frames), residual=residual, smooth=0.0)
-    assert (found.shift == 0).all()
-    # Two standard errors of a correlation, 1/√N, are no evidence against that share of skin.
-    assert 0 < found.slide <= SLIDE**2 * residual * 2 / np.sqrt(frames)
-    assert skin_of(sphere_points(frames), residual=0.0, smooth=0.0).slide < 1e-20
-
-
-def test_the_covariance_is_symmetric_and_positive():
-    found = skin_of(sphere_points(), residual=1e-4, leverage=0.5)
-    assert isinstance(found, Skin)
-    assert np.abs(found.covariance - found.covariance.T).max() < 1e-15
-    assert np.linalg.eigvalsh(found.covariance)[0] > 0
-
-
-def test_errors_go_as_the_skin():
-    """Twice the residual, four times the variance; the shift goes with the variance."""
-    one = skin_of(sphere_points(), residual=1e-6)
-    two = skin_of(sphere_points(), residual=4e-6)
-    # What chance may hide of it grows more slowly, for a usual slide bounds it.
-    assert 3.9 * one.slide < two.slide <= 4 * one.slide
-    # The shift's own part grows by 16; the prior 1/reach² holds the rest back by a share of 1e-4.
-    rest = [f.covariance - np.outer(f.shift, f.shift) for f in (one, two)]
-    assert rest[1] == pytest.approx(4 * rest[0], rel=5e-3)
-    assert two.shift == pytest.approx(4 * one.shift, rel=0.05, abs=1e-9)
-
-
-@pytest.mark.parametrize("size", [0.5, 2.0, 10.0])
-def test_a_larger_body_has_errors_as_much_larger(size):
-    one = skin_of(sphere_points(), residual=1e-5, leverage=0.3)
-    large = skin_of(size * sphere_points(), residual=size**2 * 1e-5, leverage=0.3, reach=size)
-    assert large.covariance == pytest.approx(size**2 * one.covariance, rel=1e-6, abs=1e-15)
-    assert large.shift == pytest.approx(size * one.shift, rel=1e-6, abs=1e-12)
-    assert large.slide == pytest.approx(size**2 * one.slide, rel=1e-6)
-
-
-@pytest.mark.parametrize("turn", [(0.3, 0, 0), (1.0, -2.0, 0.5), (0, 0, np.pi / 2)])
-def test_turning_the_frame_turns_the_error(turn):
-    rotation = from_vector(np.array(turn, dtype=float))
-    points = sphere_points() + [0.1, 0.2, 0.0]
-    one = skin_of(points, residual=1e-5, leverage=0.3)
-    turned = skin_of(points @ rotation.T, residual=1e-5, leverage=0.3)
-    assert np.abs(turned.covariance - rotation @ one.covariance @ rotation.T).max() < 1e-12
-    assert np.abs(turned.shift - rotation @ one.shift).max() < 1e-9
-    assert turned.slide == pytest.approx(one.slide, rel=1e-7)
-
-
-def test_more_frames_do_not_mend_it():
-    few = skin_of(sphere_points(500), residual=1e-5)
-    many = skin_of(sphere_points(8000), residual=1e-5)
-    # Within what 500 points say of a cap, √(2/500) of a variance, a few times over.
-    assert np.diag(many.covariance) == pytest.approx(np.diag(few.covariance), rel=0.2)
-    assert many.slide == pytest.approx(few.slide, rel=0.2)
-
-
-def test_a_wider_movement_mends_it():
-    narrow, wide = (skin_of(sphere_points(angle=a), residual=1e-5) for a in (0.4, 1.6))
-    assert np.trace(wide.covariance) < 0.25 * np.trace(narrow.covariance)
-
-
-def test_looseness_is_metres_for_a_radian():
-    points = sphere_points()
-    ball, knee = (skin_of(points, residual=1e-5, looseness=k) for k in (1.0, 3.0))
-    assert knee.slide == pytest.approx(9 * ball.slide)
-    grown = knee.covariance - ball.covariance
-    assert grown == pytest.approx((knee.slide - ball.slide) * np.eye(3), abs=1e-12)
-
-
-def test_a_direction_that_was_not_solved_is_no_worse_for_skin():
-    """A hinge: the sphere fit says itself that it knows nothing along the axis."""
-    bend = np.linspace(0, 1.5, 300)
-    arc = np.stack([0.4 * np.cos(bend), 0 * bend, 0.4 * np.sin(bend)], axis=-1)[:, None]
-    found = skin_of(arc, residual=1e-5)
-    assert found.covariance[1, 1] == pytest.approx(found.slide, rel=1e-6)
-    assert abs(found.shift[1]) < 1e-9
-
-
-@settings(max_examples=50, deadline=None)
-@given(vectors)
-def test_the_unsolved_direction_does_not_hang_on_rounding(turn):
-    """However the frame lies: a direction that rounding takes for shown would be off by the whole reach."""
-    bend = np.linspace(0, 1.5, 50)
-    arc = np.stack([0.4 * np.cos(bend), 0 * bend, 0.4 * np.sin(bend)], axis=-1)[:, None]
-    rotation = from_vector(turn)
-    one, turned = skin_of(arc, residual=1e-5), skin_of(arc @ rotation.T, residual=1e-5)
-    assert np.trace(turned.covariance) == pytest.approx(np.trace(one.covariance), rel=1e-6)
-
-
-def test_a_marker_at_the_centre_breaks_nothing():
-    points = np.zeros((20, 1, 3))
-    moments = sphere_moments(np.swapaxes(points, 0, 1))
-    fit = fit_sphere(np.swapaxes(sphere_points(20, radii=(0.3,)), 0, 1), "sgdk", sigma=1e-6)
-    fit = replace(fit, centre=np.zeros(3))
-    eye = np.eye(3)[None]
-    found = skin_error(moments, fit, np.zeros(1), np.ones(1), 0 * eye, 0 * eye, 1.0)
-    assert np.isfinite(found.covariance).all()
-    assert np.isfinite(found.shift).all()
-
-
-# --- the smooth share
-
-
-def test_white_noise_is_not_smooth():
-    """The correlation of neighbours is within 2/√N of zero in 95 of 100, and that is taken off: 50 markers."""
-    share = smooth_share(np.random.default_rng(5).standard_normal((2000, 50)))
-    assert (share < 2 / np.sqrt(2000)).all()
-    assert (share == 0).mean() > 0.9
-
-
-@pytest.mark.parametrize("rho", [0.5, 0.9, 0.99])
-def test_a_series_that_remembers_is_smooth_by_its_memory(rho):
-    """AR(1): the correlation of neighbours, less the 2/√N; its own error is below 1/√N, taken five times."""
-    rng, frames = np.random.default_rng(6), 20000
-    e = np.empty((frames, 3))
-    e[0] = rng.standard_normal(3)
-    step = np.sqrt(1 - rho**2) * rng.standard_normal((frames, 3))
-    for i in range(1, frames):
-        e[i] = rho * e[i - 1] + step[i]
-    assert smooth_share(e) == pytest.approx(rho - 2 / np.sqrt(frames), abs=5 / np.sqrt(frames))
-
-
-def test_gaps_are_no_neighbours():
-    e = np.sin(np.linspace(0, 20, 3000))[:, None] * np.ones((1, 2))
-    e[::7, 0] = np.nan
-    e[::2, 1] = np.nan
-    share = smooth_share(e)
-    assert share[0] == pytest.approx(1.0, abs=0.06)
-    # No two frames follow each other.
-    assert share[1] == 0
-
-
-def test_nothing_seen_and_nothing_moving_are_not_smooth():
-    assert (smooth_share(np.full((10, 2), np.nan)) == 0).all()
-    assert (smooth_share(np.zeros((10, 2))) == 0).all()
-    assert (smooth_share(np.ones((1, 2))) == 0).all()
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.floats(1e-6, 1e6))
-def test_the_unit_does_not_matter(size):
-    e = np.cumsum(np.random.default_rng(7).standard_normal((300, 2)), axis=0)
-    assert smooth_share(size * e) == pytest.approx(smooth_share(e), abs=1e-9)

@@ -1,15 +1,14 @@
-"""Where anatomy puts a joint: the way inward from a marker, sizes, priors by their landmarks, and the tables.
+"""Where anatomy puts a joint: sizes, priors by their landmarks, and those of the shipped figures.
 
-Exact geometry is held to 1e-9 m: some tens of operations on numbers of order 1, and the eigenvectors of
-well separated values. Seeds are named where numbers are drawn.
+Exact geometry is held to 1e-9 m: some tens of operations on numbers of order 1. Seeds are named where
+numbers are drawn.
 """
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from limbs import limb
 
 from mocap_skel.artificial import (
     Faults,
@@ -23,145 +22,14 @@ from mocap_skel.artificial import (
     record,
     walk,
 )
-from mocap_skel.artificial.rotations import from_vector
-from mocap_skel.errors import SkeletonError
 from mocap_skel.figure.prior_tables import Prior, Shift
 from mocap_skel.figure.skeleton import SHIPPED, read_skeleton
-from mocap_skel.joints.priors import (
-    LEAST_BEND,
-    SIZES,
-    Surroundings,
-    expected_joint,
-    hinge_shift,
-    inward,
-    subject_size,
-)
+from mocap_skel.joints.hinge import hinge_shift
+from mocap_skel.joints.priors import SIZES, Surroundings, expected_joint, subject_size
 from mocap_skel.spherefit import sphere_moments
 
 EXACT = 1e-9
-KNEE = Shift(hinge=1, by=0.054, toward=("ANK",), beside=0.043)
 PRIORS = [name for name in sorted(p.stem for p in SHIPPED.glob("*.toml")) if name != "quadruped"]
-
-vectors = st.tuples(*[st.floats(-3, 3)] * 3).map(np.array)
-
-
-def limb(bend, shift=KNEE, upper=0.43, lower=0.42, beside=None):
-    """A right leg that hangs, x to the front, y to the left: marker outside the knee, a place far down.
-
-    Returns the way from the hip to the marker, from there to the place (..., 3), and the true way inward.
-    """
-    inwards = np.array([0.0, 1.0, 0.0])
-    bend = np.asarray(bend, dtype=float)
-    shank = np.stack([-np.sin(bend), np.zeros_like(bend), -np.cos(bend)], axis=-1)
-    marker = np.array([0.0, 0.0, -upper]) - shift.by * inwards
-    place = (
-        np.array([0.0, 0.0, -upper])
-        + lower * shank
-        - (shift.beside if beside is None else beside) * inwards
-    )
-    return marker, place - marker, inwards
-
-
-def law(above, below, shift, inwards):
-    """What `inward` is to give: the part of the way in the bones' plane, and the rest less where they are straight."""
-    normal = np.cross(above, below)
-    sine = np.linalg.norm(normal) / (np.linalg.norm(above) * np.linalg.norm(below))
-    axis = shift.hinge * normal / np.linalg.norm(normal)
-    left = inwards @ axis
-    found = inwards - left * axis + left * axis * sine**2 / (sine**2 + LEAST_BEND**2)
-    return found / np.linalg.norm(found)
-
-
-# --- inward
-
-
-@pytest.mark.parametrize("degrees", [1, 5, 20, 45, 90, 120, 150])
-def test_the_way_inward_of_a_perfect_hinge_is_exact(degrees):
-    above, below, inwards = limb(np.deg2rad(degrees))
-    found = inward(above, below, KNEE, 1.0)
-    assert np.abs(found - law(above, below, KNEE, inwards)).max() < EXACT
-    # What the doubt of a nearly straight limb costs stays within the prior's own sd, 15 mm.
-    assert np.linalg.norm(found - inwards) * KNEE.by < (0.001 if degrees >= 45 else 0.015)
-
-
-def test_a_straight_limb_still_tells_the_way_by_the_depth_alone():
-    """The bones are a line, the marker is beside it; which side it bends to is not needed."""
-    above, below, inwards = limb(0.0)
-    for hinge in (1, -1):
-        found = inward(above, below, replace(KNEE, hinge=hinge), 1.0)
-        # The root of rounding: what is left of a length of one.
-        assert np.abs(found - inwards).max() < 1e-7
-
-
-def test_the_other_sense_is_the_other_side():
-    above, below, inwards = limb(np.deg2rad(80), replace(KNEE, by=1e-9, beside=1e-9))
-    for hinge in (1, -1):
-        found = inward(above, below, replace(KNEE, hinge=hinge, by=1e-9, beside=1e-9), 1.0)
-        assert np.abs(found - hinge * inwards).max() < 1e-7
-
-
-@pytest.mark.parametrize("degrees", [0, 10, 60, 130])
-def test_the_mirrored_limb_has_the_mirrored_way(degrees):
-    mirror = np.array([1.0, -1.0, 1.0])
-    above, below, _ = limb(np.deg2rad(degrees))
-    left = inward(above * mirror, below * mirror, replace(KNEE, hinge=-1), 1.0)
-    assert np.abs(left - mirror * inward(above, below, KNEE, 1.0)).max() < EXACT
-
-
-@settings(max_examples=50, deadline=None)
-@given(vectors, st.floats(0.02, 2.5), st.floats(0.5, 2.0))
-def test_a_turned_and_larger_limb_has_the_turned_way(turn, bend, size):
-    rotation = from_vector(turn)
-    above, below, _ = limb(bend)
-    swing = np.diag([0.01, 0.001, 0.02])
-    found = inward(above, below, KNEE, 1.0, swing)
-    other = inward(
-        size * rotation @ above,
-        size * rotation @ below,
-        KNEE,
-        size,
-        size**2 * rotation @ swing @ rotation.T,
-    )
-    assert np.abs(other - rotation @ found).max() < 1e-7
-    assert abs(np.linalg.norm(found) - 1) < EXACT
-
-
-def test_a_bend_that_moves_is_known_by_the_mean_and_its_spread():
-    """The lower end of a hinge keeps to a plane: its spread is square to the way inward, and says so."""
-    bends = np.linspace(0.0, 1.8, 200)
-    above, below, inwards = limb(bends)
-    moments = sphere_moments(below)
-    found = inward(above, moments.mean, KNEE, 1.0, moments.covariance)
-    assert np.linalg.norm(found - inwards) * KNEE.by < 0.001
-
-
-def test_frames_are_independent_of_each_other():
-    above, below, _ = limb(np.deg2rad([10.0, 50.0, 100.0]))
-    together = inward(np.broadcast_to(above, below.shape), below, KNEE, 1.0)
-    each = [inward(above, one, KNEE, 1.0) for one in below]
-    assert np.abs(together - each).max() < EXACT
-
-
-def test_nan_in_nan_out_and_nowhere_else():
-    above, below, _ = limb(np.deg2rad([10.0, 50.0, 100.0]))
-    above = np.tile(above, (3, 1))
-    above[0, 1] = np.nan
-    below[2] = np.nan
-    found = inward(above, below, KNEE, 1.0)
-    assert np.isnan(found[[0, 2]]).all()
-    assert np.isfinite(found[1]).all()
-
-
-def test_markers_and_joints_in_one_place_have_no_way():
-    assert np.isnan(inward(np.zeros(3), np.zeros(3), KNEE, 1.0)).all()
-
-
-def test_an_end_that_lies_aside_itself():
-    """The greater trochanter, in place of the hip joint, lies farther out than the marker of the knee."""
-    above, below, inwards = limb(0.6)
-    outside = np.array([0.0, -0.08, 0.0])
-    found = inward(above - outside, below, KNEE, 1.0, 0.0, 0.08)
-    assert np.linalg.norm(found - inwards) * KNEE.by < 0.001
 
 
 # --- a subject's size
@@ -330,10 +198,34 @@ def test_a_limb_in_line_with_its_marker_has_no_way_inward():
     assert expected_joint(priors, {}, there).source == "next"
 
 
+@pytest.mark.parametrize(("degrees", "way"), [(59, "next"), (61, "s")])
+def test_the_way_inward_is_square_to_the_bone_above_within_30_degrees(degrees, way):
+    """A straight limb whose ends force the way: cos 60° of it along the bone is the limit."""
+    # Hip, marker and ankle in line: the depth alone has the way, -depth / length along the bone.
+    length = 0.054 / np.cos(np.radians(degrees))
+    places = {"KNE": np.array([0.0, 0.0, -length])}
+    ankle = np.array([0.3, 0.0, -length])
+    lower = sphere_moments(np.tile(ankle, (10, 1)))
+    there = Surroundings(places, np.zeros(3), lambda m: lower, 1.0)
+    found = expected_joint([prior("KNE", **HINGE), prior("KNE", source="next")], {}, there)
+    assert found.source == way
+
+
+def test_the_step_inward_is_as_long_as_the_subject_is_large():
+    there, _ = knee(upper=np.zeros(3))
+    for size in (1.0, 1.3):
+        places = {name: size * place for name, place in there.places.items()}
+        lower = sphere_moments(size * np.tile(there.lower(()).mean, (10, 1)))
+        grown = Surroundings(places, np.zeros(3), lambda m, lower=lower: lower, size)
+        step = expected_joint([prior("KNE", **HINGE)], {}, grown).mean - places["KNE"]
+        assert np.linalg.norm(step) == pytest.approx(size * 0.054)
+
+
 def test_the_hinge_of_a_joint_is_found_behind_other_priors():
-    priors = [prior("A", "B"), prior("A", line=("A", "B")), prior("KNE", **HINGE)]
-    assert hinge_shift(priors) == ("KNE", Shift(**HINGE))
-    assert hinge_shift(priors[:2]) is None
+    """Behind one between two markers too, which has a depth of its own."""
+    priors = [prior("A", "B"), prior("A", "B", **HINGE), prior("A", line=("A", "B"))]
+    assert hinge_shift([*priors, prior("KNE", **HINGE)]) == ("KNE", Shift(**HINGE))
+    assert hinge_shift(priors) is None
 
 
 # --- the shipped files
@@ -464,199 +356,3 @@ def test_hips_lie_below_the_pelvis_markers_and_knees_inward():
         assert sign * (marker - at(f"{side}Elbow"))[1] > 0.03
         assert at(f"{side}Shoulder")[2] < markers[f"{side[0]}SHO"][1][2] - 0.03
     assert at("Waist")[2] > at("LeftHip")[2] + 0.05
-
-
-# --- like: what a figure takes from another
-
-
-def written(folder, text, name="mine"):
-    path = folder / f"{name}.toml"
-    path.write_text(text)
-    return path
-
-
-MINE = """
-name = "mine"
-like = "human"
-[landmarks]
-RightKneeInside = [["X"]]
-[[segment]]
-name = "Thigh"
-markers = ["RKNE", "A", "B"]
-[[segment]]
-name = "Shank"
-parent = "Thigh"
-joint = "RightKnee"
-markers = ["RANK"]
-looseness = 1.5
-[[segment]]
-name = "Foot"
-parent = "Shank"
-joint = "RightAnkle"
-markers = ["RTOE"]
-prior = []
-"""
-
-
-def test_a_joint_takes_what_it_does_not_say_itself(tmp_path):
-    mine, human_ = read_skeleton(written(tmp_path, MINE)), read_skeleton("human")
-    knee_, ankle = mine["Shank"], mine["Foot"]
-    assert knee_.priors == human_["LowerRightLeg"].priors
-    assert knee_.movement == human_["LowerRightLeg"].movement
-    assert knee_.looseness == 1.5
-    assert ankle.priors == ()
-    assert ankle.looseness == human_["RightFoot"].looseness
-    assert mine.sizes == human_.sizes
-    assert mine.landmarks == {**human_.landmarks, "RightKneeInside": (("X",),)}
-    # What it is made of stays its own.
-    assert mine["Thigh"].markers == ("RKNE", "A", "B")
-    assert knee_.rest is None
-
-
-def test_a_joint_of_another_name_takes_nothing(tmp_path):
-    mine = read_skeleton(written(tmp_path, MINE.replace('"RightAnkle"', '"Hock"')))
-    assert (mine["Foot"].looseness, mine["Foot"].movement) == (1.0, "")
-
-
-def test_own_sizes_stand_for_all(tmp_path):
-    text = MINE.replace("[landmarks]", 'sizes = [["A", "B", 0.1]]\n[landmarks]')
-    assert read_skeleton(written(tmp_path, text)).sizes == (("A", "B", 0.1),)
-
-
-def test_a_file_beside_it_comes_before_a_shipped_one(tmp_path):
-    written(tmp_path, MINE)
-    second = MINE.replace('like = "human"', 'like = "mine.toml"').replace("looseness = 1.5", "")
-    assert read_skeleton(written(tmp_path, second, "second"))["Shank"].looseness == 1.5
-
-
-def test_the_shipped_files_are_like_the_human():
-    human_ = {s.joint: s for s in read_skeleton("human").segments}
-    for name in ("lower_body", "upper_body", "right_leg", "left_leg", "right_arm", "left_arm"):
-        for segment in read_skeleton(name).segments:
-            if segment.joint:
-                assert segment.priors == human_[segment.joint].priors
-                assert segment.movement == human_[segment.joint].movement != ""
-
-
-@pytest.mark.parametrize(
-    ("like", "message"),
-    [
-        ('"humam"', r"3:1: like: no such skeleton 'humam'"),
-        ('"nothing.toml"', r"3:1: like: no such skeleton 'nothing.toml'"),
-        ("3", r"3:1: like: the name of a skeleton is needed, not 3"),
-        ('"mine.toml"', r"3:1: like: 'mine.toml' leads back to this file"),
-    ],
-)
-def test_like_nothing(tmp_path, like, message):
-    path = written(tmp_path, MINE.replace('like = "human"', f"like = {like}"))
-    with pytest.raises(SkeletonError, match=rf"mine\.toml:{message}"):
-        read_skeleton(path)
-
-
-def test_a_circle_of_files_is_found_and_what_is_wrong_there_said_there(tmp_path):
-    written(tmp_path, MINE.replace('"human"', '"second.toml"'))
-    second = written(tmp_path, MINE.replace('"human"', '"mine.toml"'), "second")
-    with pytest.raises(SkeletonError, match=r"mine\.toml:3:1: like: 'second.toml' leads back"):
-        read_skeleton(second)
-    written(tmp_path, MINE.replace("looseness = 1.5", "looseness = -1"))
-    with pytest.raises(SkeletonError, match=r"mine\.toml:14:1: looseness"):
-        read_skeleton(second)
-
-
-# --- what is wrong in a table
-
-BASE = """name = "t"
-[[segment]]
-name = "A"
-markers = ["a", "b", "c"]
-[[segment]]
-name = "B"
-parent = "A"
-joint = "J"
-markers = ["d"]
-"""
-
-
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("prior = 3", "prior: a table is needed, not 3"),
-        ('prior = {mean = ["a"], sd = 0.1, sauce = "x"}', "unknown key 'sauce'"),
-        ('prior = {mean = ["a"]}', "sd is a length in metres above 0, not None"),
-        ('prior = {mean = ["a"], sd = 0}', "sd is a length in metres above 0, not 0"),
-        ('prior = {mean = ["a"], sd = true}', "sd is a length in metres above 0, not True"),
-        ('prior = {mean = ["a"], sd = nan}', "sd is a length in metres above 0, not nan"),
-        ('prior = {mean = ["a"], sd = inf}', "sd is a length in metres above 0, not inf"),
-        ('prior = {mean = ["a"], sd = 0.1, source = 7}', "source: a text is needed, not 7"),
-        ("prior = {sd = 0.1}", "a prior starts at the mean of landmarks"),
-        ("prior = {mean = [], sd = 0.1}", "a prior starts at the mean of landmarks"),
-        ('prior = {mean = "a", sd = 0.1}', "mean: a list of names is needed, not 'a'"),
-        ('prior = {mean = ["a"], sd = 0.1, shift = 3}', "shift: a list is needed, not 3"),
-        ('prior = {mean = ["a"], sd = 0.1, shift = [3]}', "shift: a list of tables is needed"),
-        *(
-            (f'prior = {{mean = ["a"], sd = 0.1, shift = [{{{shift}}}]}}', message)
-            for shift, message in [
-                ('lime = ["a", "b"]', "unknown key 'lime'"),
-                ('line = ["a"]', r"line is 2 landmarks, not \['a'\]"),
-                ('line = ["a", "b"], of = ["a"]', r"of is 2 landmarks, not \['a'\]"),
-                ('across = ["a", "b", "c"]', "across is 4 landmarks"),
-                ("by = 0.1", "a shift has one direction: line, across or hinge"),
-                ('line = ["a", "b"], hinge = 1, by = 0.1', "a shift has one direction"),
-                ("hinge = 2", "hinge is 1 or -1, not 2"),
-                ("hinge = true", "hinge is 1 or -1, not True"),
-                ("hinge = 1, by = 0.1", "a shift along a hinge needs markers of the child"),
-                ('hinge = 1, toward = ["d"]', "a shift along a hinge needs its length in metres"),
-                ('hinge = 1, toward = ["d"], by = -0.1', "needs its length in metres"),
-                ('line = ["a", "b"], ratio = "x"', "ratio is a number, not 'x'"),
-                ('line = ["a", "b"], by = nan', "by is a number, not nan"),
-                ('hinge = 1, by = 0.1, toward = ["d"], upper = "a"', "upper: a list of names"),
-                ('hinge = 1, by = 0.1, toward = ["d"], aside = []', r"aside is a number, not \[\]"),
-            ]
-        ),
-        ("looseness = 0", "looseness is a number above 0, not 0"),
-        ("looseness = inf", "looseness is a number above 0, not inf"),
-        ("movement = 3", "movement: a text is needed, not 3"),
-    ],
-)
-def test_a_wrong_prior_is_said_with_its_place(tmp_path, line, message):
-    path = written(tmp_path, BASE + line + "\n")
-    with pytest.raises(SkeletonError, match=rf"mine\.toml:10:\d+: .*{message}"):
-        read_skeleton(path)
-
-
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("landmarks = 3", "landmarks: a table is needed, not 3"),
-        ("landmarks = {P = 3}", "P: a list of lists of markers is needed, not 3"),
-        ('landmarks = {P = ["a"]}', r"P: a list of lists of markers is needed, not \['a'\]"),
-        ("landmarks = {P = []}", "P: a list of lists of markers is needed"),
-        ("landmarks = {P = [[]]}", "P: a list of lists of markers is needed"),
-        ("landmarks = {P = [[1]]}", "P: a list of lists of markers is needed"),
-        ("sizes = 3", "sizes: a list is needed, not 3"),
-        ("sizes = [3]", r"\[MARKER, MARKER, METRES\] is needed, not 3"),
-        ('sizes = [["a", "b"]]', r"\[MARKER, MARKER, METRES\] is needed"),
-        ('sizes = [["a", 1, 0.1]]', r"\[MARKER, MARKER, METRES\] is needed"),
-        ('sizes = [["a", "b", 0]]', "a size is a length in metres above 0, not 0"),
-        ('sizes = [["a", "b", inf]]', "a size is a length in metres above 0, not inf"),
-    ],
-)
-def test_wrong_landmarks_and_sizes_are_said_with_their_place(tmp_path, line, message):
-    path = written(tmp_path, line + "\n" + BASE)
-    with pytest.raises(SkeletonError, match=rf"mine\.toml:1:\d+: .*{message}"):
-        read_skeleton(path)
-
-
-def test_an_unknown_key_names_the_nearest(tmp_path):
-    path = written(tmp_path, BASE + 'prior = {mean = ["a"], sd = 0.1, sorce = "x"}\n')
-    with pytest.raises(SkeletonError) as caught:
-        read_skeleton(path)
-    assert "did you mean source?" in str(caught.value) + str(caught.value.hint)
-
-
-def test_the_second_of_several_priors_is_found_too(tmp_path):
-    text = BASE + '[[segment.prior]]\nmean = ["a"]\nsd = 0.1\n[[segment.prior]]\nmean = ["b"]\n'
-    with pytest.raises(SkeletonError, match=r"mine\.toml:\d+:\d+: sd is a length"):
-        read_skeleton(written(tmp_path, text))
-    found = read_skeleton(written(tmp_path, text + "sd = 0.2\n"))["B"].priors
-    assert [p.mean for p in found] == [("a",), ("b",)]

@@ -1,16 +1,19 @@
 """Association files: what they may say, what goes wrong where, and how they meet a clip."""
 
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from recordings import clip_of as clip_of_recording
+from recordings import fit_clip
 
+from mocap_skel import read_clip
+from mocap_skel.artificial import human, marker_set, range_of_motion, record
 from mocap_skel.clip import Clip
 from mocap_skel.errors import AssociationError, ClipError, MocapSkelError, SkeletonError
-from mocap_skel.figure.skeleton import read_skeleton
-from mocap_skel.labels.association import associate, read_association
+from mocap_skel.labels.association import SHIPPED, associate, read_association
 
-SHIPPED = sorted((Path(__file__).parents[2] / "association_files").glob("*.txt"))
+FILES = sorted(SHIPPED.glob("*.txt"))
 
 
 def clip_of(*labels):
@@ -89,6 +92,13 @@ def test_a_misspelt_name_gets_a_suggestion(write, line, hint):
     assert hint in error.value.hint
 
 
+def test_words_that_mean_something_else_can_be_labels(write):
+    """A quoted @skeleton, and ignore with a marker and its segment."""
+    found = read_association(write('"@skeleton" LFWT\nignore Z1 Hips\nignore "a b"\n'))
+    assert [(r.label, r.marker) for r in found.rules] == [("@skeleton", "LFWT"), ("ignore", "Z1")]
+    assert found.ignored == ("a b",)
+
+
 def test_a_label_or_a_marker_stands_in_one_line_only(write):
     with pytest.raises(AssociationError, match=r":2:1: label 'A' stands in line 1 already"):
         read_association(write("A LFWT\nA RFWT\n"))
@@ -107,6 +117,9 @@ def test_a_file_that_is_not_there_or_not_text(tmp_path):
         read_association(binary)
     with pytest.raises(AssociationError):
         read_association(tmp_path)
+    # A shipped file is reached by its bare name only.
+    with pytest.raises(AssociationError, match="no such association file"):
+        read_association("nowhere/cmu")
 
 
 def test_a_byte_order_mark_and_windows_line_ends_are_no_matter(tmp_path):
@@ -136,9 +149,20 @@ def test_every_subject_of_a_clip_is_found_and_one_can_be_chosen(write):
 
 def test_a_rule_with_a_subject_is_for_that_subject_only(write):
     found = read_association(write("Ann:LFWT LFWT\nRFWT RFWT\n"))
-    ann, ben = associate(clip_of("Ann:LFWT", "Ben:LFWT", "Ann:RFWT", "Ben:RFWT"), found)
+    clip = clip_of("Ann:LFWT", "Ben:LFWT", "Ann:RFWT", "Ben:RFWT")
+    ann, ben = associate(clip, found)
     assert ann.columns == {"Hips": {"RFWT": 2, "LFWT": 0}}
     assert ben.columns == {"Hips": {"RFWT": 3}}
+    # What is for Ann is not missing in Ben; what is for nobody here is.
+    assert ann.absent == ben.absent == ()
+    found = read_association(write("Cat:LFWT LFWT\nRFWT RFWT\n"))
+    assert [r.label for r in associate(clip, found)[0].absent] == ["Cat:LFWT"]
+
+
+def test_two_lines_for_one_label_of_a_subject_are_an_error(write):
+    path = write("Ann:LFWT LFWT\n\nLFWT RFWT\n")
+    with pytest.raises(AssociationError, match=r":3: label 'LFWT' is that of line 1 in clip\.c3d"):
+        associate(clip_of("Ann:LFWT", "Ben:LFWT"), read_association(path))
 
 
 def test_no_label_in_common_is_an_error_that_shows_the_clips_labels(write):
@@ -152,6 +176,9 @@ def test_mismatches_say_the_line_and_what_the_clip_offers(write):
     absent, unmatched = one.mismatches(found)
     assert "LSHN (line 3, did you mean LSHIN?)" in absent
     assert "LSHIN" in unmatched
+    # Most labels of a set are as much alike as these two.
+    (one,) = associate(clip_of("LFWT", "LSHO"), found)
+    assert "LSHN (line 3)" in one.mismatches(found)[0]
 
 
 def test_ignored_labels_are_no_mismatch(write):
@@ -176,7 +203,7 @@ SMALL = {
 NOTHING_TO_FIT = "motion_monitor_points"
 
 
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_shipped_files_read_by_bare_name(path):
     found = read_association(path.stem)
     assert found.path == str(path)
@@ -194,14 +221,6 @@ def test_cmu_maps_the_41_markers():
     assert (rules["LFRM"], rules["LSHN"]) == ("LARM", "LTIB")
 
 
-def test_the_standard_human_has_the_51_names_of_table_1():
-    human = read_skeleton("human")
-    assert len(human.segment_of) == 51
-    assert (len(human.segments), len(human.joints), len(human.leaves)) == (15, 14, 5)
-    assert human.segment_of["RFTShould"] == "Chest"
-    assert human.segment_of["RPelvis"] == "Hips"
-
-
 LEG = """
 name = "leg"
 [[segment]]
@@ -217,14 +236,6 @@ markers = ["T1", "T2", "T3"]
 """
 
 
-def test_a_skeleton_file_gives_any_tree_parents_first(write):
-    leg = read_skeleton(write(LEG, "leg.toml"))
-    assert [s.name for s in leg.segments] == ["Thigh", "Shank"]
-    assert leg.joints == ("Knee",)
-    assert leg["Shank"].ends == ("S2",)
-    assert leg["Shank"].priors[0].sd == 0.02
-
-
 def test_an_association_file_names_its_skeleton_beside_itself(write):
     write(LEG, "leg.toml")
     found = read_association(write("@skeleton leg.toml\na T1\nb S1\n"))
@@ -232,43 +243,92 @@ def test_an_association_file_names_its_skeleton_beside_itself(write):
     assert {r.segment for r in found.rules} == {"Thigh", "Shank"}
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "what"),
-    [
-        ('name = "Thigh"', 'name = "Thigh"\nparent = "Shank"\njoint = "Hip"', "exactly one root"),
-        ('parent = "Thigh"\njoint = "Knee"\n', "", "exactly one root"),
-        ('parent = "Thigh"', 'parent = "Tigh"', "hangs from unknown 'Tigh'"),
-        ('joint = "Knee"\n', "", "belong together"),
-        ('"S2"]\nends', '"T1"]\nends', "is not one of its markers"),
-        ('markers = ["S1", "S2"]', 'markers = ["S1", "S2", "T1"]', "marker 'T1' stands in it 2"),
-        ("sd = 0.02", "sd = -1", "sd is a length"),
-        ('joint = "Knee"', 'joint = "Thigh"', "names a segment and a joint"),
-        ('markers = ["S1"', 'marker = ["S1"', "unknown key 'marker'"),
-        ('joint = "Knee"', 'joint = "Knee"\nrest = [0, 1]', "rest: three numbers are needed"),
-        ('joint = "Knee"', 'joint = "Knee"\nrest = [0, true, 1]', "three numbers are needed"),
-        ('joint = "Knee"', 'joint = "Knee"\nrest_joint = [0, nan, 1]', "not [0, nan, 1]"),
-        ('joint = "Knee"', 'joint = "Knee"\nrest = "up"', "not 'up'"),
-        (
-            'joint = "Knee"',
-            'joint = "Knee"\nrest_axis = [0, 0, 0]',
-            "rest_axis: a direction is needed",
-        ),
-        ('name = "Thigh"', 'name = "Thigh"\nrest_axis = [1, 0, 0]', "the root has none"),
-        ("[[segment]]", "[[segment", "leg.toml"),
-    ],
-)
-def test_a_skeleton_that_does_not_hold_together_says_why(write, old, new, what):
-    assert old in LEG
+# a part of the figure
+
+
+def test_a_part_of_the_associations_figure_takes_its_markers_only():
+    found = read_association("cmu", "upper_body")
+    segments = {s.name for s in found.skeleton.segments}
+    assert {r.segment for r in found.rules} <= segments
+    clip = clip_of_recording(record(human(), marker_set("cmu"), range_of_motion(1, 60), seed=1))
+    (one,) = associate(clip, found)
+    assert one.unmatched == () and one.absent == ()
+    assert {"LKNE", "LFWT"} < set(one.ignored)
+    assert len(fit_clip(clip, found).joints) == 7
+
+
+def test_a_label_that_the_part_has_no_use_for_is_left_out_alone(tmp_path):
+    path = tmp_path / "own.txt"
+    path.write_text('"knee*" LKNE\nneck C7\n')
+    found = read_association(path, "upper_body")
+    (one,) = associate(clip_of("knee*", "knee2", "neck"), found)
+    assert (one.ignored, one.unmatched) == (("knee*",), ("knee2",))
+
+
+def test_a_skeleton_that_a_file_names_wrongly_is_said_with_the_line(write):
+    path = write("# mine\n\n@skeleton humam\na LFWT\n")
     with pytest.raises(SkeletonError) as error:
-        read_skeleton(write(LEG.replace(old, new), "leg.toml"))
-    assert what in error.value.message
-    assert "leg.toml" in error.value.message
+        read_association(path)
+    assert error.value.message == f"{path}:3: humam: no such skeleton file"
+    assert error.value.hint == "did you mean human?"
 
 
-def test_segments_that_hang_in_a_circle(write):
-    text = (
-        LEG
-        + '[[segment]]\nname="A"\nparent="B"\njoint="x"\n[[segment]]\nname="B"\nparent="A"\njoint="y"\n'
+def test_a_name_of_neither_figure_is_still_an_error(tmp_path):
+    path = tmp_path / "own.txt"
+    path.write_text("a CLAV\nb CLAF\n")
+    with pytest.raises(AssociationError, match=r"own\.txt:2:3: 'CLAF' is no marker"):
+        read_association(path, "upper_body")
+
+
+def test_a_figure_with_none_of_the_markers_is_refused():
+    with pytest.raises(AssociationError, match="none of its markers is one of the skeleton 'hand'"):
+        read_association("cmu", "hand")
+
+
+def test_a_set_of_which_nothing_can_be_fitted_says_so():
+    clip = replace(
+        clip_of_recording(record(human(), {"M1": ("Hips", (0.1, 0, 0))}, range_of_motion(1, 60))),
+        name="mm",
     )
-    with pytest.raises(SkeletonError, match="in a circle: A, B"):
-        read_skeleton(write(text, "leg.toml"))
+    with pytest.raises(ClipError, match="no marker to fit, only labels to ignore"):
+        associate(clip, read_association("motion_monitor_points"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+def test_every_association_file_says_what_it_is_for(path):
+    lines = path.read_text().splitlines()
+    assert lines[0].startswith("# ")
+    assert max(map(len, lines)) <= 120
+    head = [line for line in lines[: lines.index("")] if line.startswith("# ")]
+    assert len(head) >= 2
+
+
+# Which association file belongs to which recording. Every label has its line.
+SETS = {
+    "cmu/01_01": "cmu",
+    "cmu/basketball": "cmu",
+    "hdm05/HDM_dg_06-03_03_120": "cmu",
+    "functional_hip/FunctionalLHip": "plug_in_gait_clusters",
+    "functional_hip/FunctionalWalk": "plug_in_gait_clusters",
+    "functional_knee/right_knee": "landmarks_and_triads",
+    "plug_in_gait/HC055A01": "oxford_foot_model",
+    "plug_in_gait/HC055A34": "oxford_foot_model",
+    "two_subjects/kinematics_tennis_serve_2players": "plug_in_gait",
+    "odd_files/Dance": "phoenix_channels",
+    "odd_files/bad_parameter_section": "numbered_points",
+    "odd_files/Eb015pi": "lower_body_plates",
+    "odd_files/Eb015si": "lower_body_plates",
+    "odd_files/duplicate_labels": "wheelchair_upper_body",
+    "odd_files/sub_labels": "plug_in_gait_kad",
+}
+
+
+@pytest.mark.real
+@pytest.mark.parametrize("clip", SETS)
+def test_every_label_of_every_recording_is_assigned_or_ignored_with_a_reason(shared_clips, clip):
+    read = read_clip(shared_clips / f"{clip}.c3d")
+    found = associate(read, read_association(SETS[clip]))
+    assert found
+    for subject in found:
+        assert subject.unmatched == ()
+        assert sum(map(len, subject.columns.values())) >= 12

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from centres import centre_of
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -136,7 +137,7 @@ class TestEvidence:
 
     def test_halves_of_one_clip_give_the_centre_of_the_whole(self):
         """The same frames, cut in two: only the noise's own 1/N differs."""
-        from mocap_skel.joints.centre import Frame, fit_centre
+        from mocap_skel.joints.samples import Frame
         from mocap_skel.segments.shape import find_shape
 
         recording = half("Left")
@@ -147,9 +148,9 @@ class TestEvidence:
         hips = [recording.labels.index(m) for m in clip_fit.segments["Hips"].template]
         frame = Frame(find_shape(recording.points[:, hips])[0])
         for sigma, allowed in ((0.0, 1e-9), (0.001, 2e-6)):
-            whole = fit_centre(inside, sigma, 0.001, frame)
-            first = fit_centre(inside[:250], sigma, 0.001, frame)
-            pooled = fit_centre(inside[250:], sigma, 0.001, frame, pooled=first.evidence)
+            whole = centre_of(inside, sigma, frame, own=0.001)
+            first = centre_of(inside[:250], sigma, frame, own=0.001)
+            pooled = centre_of(inside[250:], sigma, frame, own=0.001, pooled=first.evidence)
             # Lever and noise are averages over N or N - 1: of a shift of millimetres, one part in 250.
             np.testing.assert_allclose(pooled.centre, whole.centre, atol=allowed)
             assert pooled.samples == whole.samples
@@ -217,6 +218,32 @@ class TestPooling:
         right = next(j for j in fit.joints if j.joint == "RightKnee")
         assert "calibration" in right.reason and right.shown != "no"
 
+    def test_a_thigh_marker_that_was_moved_keeps_its_own_radius_at_the_hip(self, both):
+        """The hip is where it was, and the other clips tell of it; not of this marker's distance."""
+        changed = clip("Left", move=("LTHI", (0.0, 0.0, 0.02)))
+        before = fit_clip(changed, prior="none")
+        after = fit_clip(changed, prior="none", calibration=both.calibration)
+        alone, hip = (next(j for j in f.joints if j.joint == "LeftHip") for f in (before, after))
+        assert "calibration (2 clips)" in hip.reason
+        assert hip.samples == 3 * alone.samples
+        # The radius of 0.2 m is known to 1 mm / √1200 and what the centre's error adds, 0.4 mm; one
+        # that is shared with the old place would be off by a share of 2 cm.
+        np.testing.assert_allclose(hip.radius, alone.radius, rtol=0, atol=1e-3)
+        assert hip.residual == pytest.approx(alone.residual, rel=0.1)
+        assert np.linalg.norm(constant_error(after, half("Left"), hip)) < 0.002
+
+    def test_the_independent_samples_of_all_clips_add_up(self, both):
+        itself, other = both.calibration.clips
+        without = both.calibration.without(itself.digest)
+        fit = fit_clip(clip("Left"), prior="none", calibration=without)
+        told = [j for j in fit.joints if j.joint in other.joints and "calibration" in j.reason]
+        assert len(told) >= 10
+        for joint in told:
+            theirs = other.joints[joint.joint].evidence
+            own = joint.evidence
+            assert joint.effective == pytest.approx(own.effective.sum() + theirs.effective.sum())
+            assert joint.samples == own.count.sum() + theirs.count.sum()
+
     def test_fewer_markers_are_aligned_by_what_is_left(self):
         rng = np.random.default_rng(5)
         places = {name: rng.normal(size=3) * 0.1 for name in "abcde"}
@@ -245,6 +272,17 @@ class TestFile:
         read = read_calibration(path, known("cmu").skeleton)
         assert calibration_json(read, both.joints) == path.read_text()
         assert json.loads(path.read_text())["format"] == "mocap-skel calibration 1"
+
+    def test_a_file_that_calls_shown_by_its_old_name_is_read(self, both, tmp_path):
+        content = json.loads(calibration_json(both.calibration, both.joints))
+        for joint in content["joints"].values():
+            joint["known"] = joint.pop("shown")
+        path = tmp_path / "actor.json"
+        path.write_text(json.dumps(content))
+        read = read_calibration(path, known("cmu").skeleton)
+        assert calibration_json(read, both.joints) == calibration_json(
+            both.calibration, both.joints
+        )
 
     @pytest.mark.parametrize(
         ("change", "words"),

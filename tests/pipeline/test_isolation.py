@@ -17,6 +17,7 @@ import pytest
 from mutations import whole
 
 from mocap_skel.errors import ClipError
+from mocap_skel.export.registry import choose
 from mocap_skel.labels.association import read_association
 from mocap_skel.pipeline import clip_files
 from mocap_skel.pipeline.clip_files import Isolated, process
@@ -37,7 +38,11 @@ def worker():
         yield worker
 
 
-def ask(worker, function, *arguments, seconds=20, memory=GIGABYTE):
+# What a child may take that is to come to an end: a loaded machine may need it to start one.
+ENOUGH = 120.0
+
+
+def ask(worker, function, *arguments, seconds=ENOUGH, memory=GIGABYTE):
     worker.start(function, *arguments, memory=memory)
     return worker.result(seconds)
 
@@ -78,18 +83,18 @@ def test_what_a_library_prints_is_not_shown(worker, capfd):
 
 
 @pytest.mark.parametrize(
-    ("function", "arguments", "why"),
+    ("function", "arguments", "seconds", "why"),
     [
-        (os.abort, (), "ended by SIGABRT"),
-        (signal.raise_signal, (signal.SIGSEGV,), "ended by SIGSEGV"),
-        (os._exit, (7,), "ended with code 7"),
-        (time.sleep, (60,), "took longer than 1 s"),
+        (os.abort, (), ENOUGH, "ended by SIGABRT"),
+        (signal.raise_signal, (signal.SIGSEGV,), ENOUGH, "ended by SIGSEGV"),
+        (os._exit, (7,), ENOUGH, "ended with code 7"),
+        (time.sleep, (3600,), 1.0, "took longer than 1 s"),
     ],
 )
-def test_a_child_that_dies_or_hangs_is_one_failed_task(worker, function, arguments, why):
+def test_a_child_that_dies_or_hangs_is_one_failed_task(worker, function, arguments, seconds, why):
     ask(worker, divmod, 1, 1)
     with pytest.raises(TaskError, match=why):
-        ask(worker, function, *arguments, seconds=1.0)
+        ask(worker, function, *arguments, seconds=seconds)
     assert ask(worker, divmod, 7, 2) == (3, 1)
 
 
@@ -145,7 +150,7 @@ def brittle(path, job):
     if "crash" in path.name:
         os.abort()
     if "hang" in path.name:
-        time.sleep(60)
+        time.sleep(3600)
     return batch_render(path, job)
 
 
@@ -153,7 +158,6 @@ def test_clips_that_kill_their_child_do_not_take_the_others(
     tmp_path, monkeypatch, no_child_is_left
 ):
     monkeypatch.setattr(clip_files, "render", brittle)
-    monkeypatch.setattr(clip_files, "SECONDS", 3.0)
     sound = whole("nearly_still").data
     paths = [tmp_path / f"{name}.c3d" for name in ("a", "crash", "b", "hang", "c", "none")]
     for path in paths[:-1]:
@@ -162,6 +166,8 @@ def test_clips_that_kill_their_child_do_not_take_the_others(
     found = {}
     with Isolated(paths, job) as isolated:
         for path in paths:
+            # Only the one that hangs is short of time, however busy the machine is.
+            monkeypatch.setattr(clip_files, "SECONDS", 3.0 if path.stem == "hang" else ENOUGH)
             try:
                 found[path.stem] = len(isolated.process(path).files)
             except ClipError as error:
@@ -181,7 +187,8 @@ def test_a_clip_in_a_child_gives_what_it_gives_by_itself(tmp_path):
     for path, name in zip(paths, ("nearly_still", "range_of_motion"), strict=True):
         path.write_bytes(whole(name).data)
     inside, alone = (
-        Job(read_association("cmu"), ("csv", "bvh"), tmp_path / name) for name in ("in", "alone")
+        Job(read_association("cmu"), choose(["csv", "bvh"]), tmp_path / name)
+        for name in ("in", "alone")
     )
     with Isolated(paths, inside) as isolated:
         for path in paths:
@@ -193,7 +200,8 @@ def test_a_clip_in_a_child_gives_what_it_gives_by_itself(tmp_path):
 
 
 def ended(group):
-    for _ in range(200):
+    until = time.monotonic() + ENOUGH
+    while time.monotonic() < until:
         try:
             os.killpg(group, 0)
         except ProcessLookupError:
@@ -202,6 +210,7 @@ def ended(group):
     return False
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_is_130_and_leaves_no_child(tmp_path, samples):
     for i in range(40):
         shutil.copy(samples / "range_of_motion.c3d", tmp_path / f"c{i}.c3d")
@@ -213,7 +222,7 @@ def test_ctrl_c_is_130_and_leaves_no_child(tmp_path, samples):
     assert "c0.c3d" in running.stdout.readline()
     # As a terminal does it: to all processes of the group.
     os.killpg(running.pid, signal.SIGINT)
-    _, told = running.communicate(timeout=30)
+    _, told = running.communicate(timeout=ENOUGH)
     assert (running.returncode, told.strip()) == (130, "mocap-skel: interrupted")
     # multiprocessing's own tracker ends a moment after its parent; a child that is left would not.
     assert ended(running.pid)

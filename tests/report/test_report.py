@@ -18,8 +18,11 @@ from recordings import ASSOCIATIONS, SAMPLES, clip_of, known
 from mocap_skel import associate, fit_skeleton, read_clip
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
 from mocap_skel.report.coverage import RADIUS, flattened
-from mocap_skel.report.html import Shown, page
+from mocap_skel.report.html import PageContent, page
+from mocap_skel.report.looks import LOOKS, style_of_verdicts
 from mocap_skel.report.scene import MISSING, MOST_STEPS, STEP, pack, step_of, steps_of, unpack
+from mocap_skel.report.view import view_of
+from mocap_skel.results.tables import joint_rows
 from mocap_skel.results.verdict import verdict
 
 NASTY = '</script><img src=x onerror=alert(1)>\u202e"&\ud800'
@@ -30,7 +33,7 @@ def shown_of(clip, association="cmu"):
     found = known(association)
     assignment = associate(clip, found)[0]
     fit = fit_skeleton(clip, assignment, found.skeleton)
-    return Shown(clip, assignment, fit, ("read <well>",), "mocap-skel report")
+    return PageContent(clip, assignment, fit, ("read <well>",), "mocap-skel report")
 
 
 @cache
@@ -40,7 +43,7 @@ def shown(name):
 
 @cache
 def nasty():
-    """A clip in which name, subject, an unassigned label and notes try to break out of the page."""
+    """A clip of which every name tries to break out of the page: of clip, subject, labels, markers, joints, notes."""
     good = shown("nearly_still").clip
     clip = dataclasses.replace(
         good,
@@ -51,8 +54,30 @@ def nasty():
         left_out={NASTY: (NASTY,)},
     )
     one = shown_of(clip)
-    fit = dataclasses.replace(one.fit, subject=NASTY, notes=(NASTY, *one.fit.notes))
-    return dataclasses.replace(one, fit=fit, decided=(NASTY,), command=NASTY)
+    # A marker and a joint as well: association and skeleton files may come from anybody, too.
+    columns = {s: dict(markers) for s, markers in one.assignment.columns.items()}
+    columns["UpperLeftLeg"][NASTY] = columns["UpperLeftLeg"].pop("LTHI")
+    assignment = dataclasses.replace(one.assignment, columns=columns)
+    skeleton = dataclasses.replace(
+        one.fit.skeleton,
+        name=NASTY,
+        segments=tuple(
+            dataclasses.replace(s, joint=NASTY, movement=NASTY) if s.joint == "LeftHip" else s
+            for s in one.fit.skeleton.segments
+        ),
+    )
+    joints = tuple(
+        dataclasses.replace(
+            j, joint=NASTY, reason=NASTY,
+            markers=tuple(NASTY if name == "LTHI" else name for name in j.markers),
+        )
+        if j.joint == "LeftHip" else j
+        for j in one.fit.joints
+    )  # fmt: skip
+    fit = dataclasses.replace(
+        one.fit, subject=NASTY, skeleton=skeleton, joints=joints, notes=(NASTY, *one.fit.notes)
+    )
+    return dataclasses.replace(one, fit=fit, assignment=assignment, decided=(NASTY,), command=NASTY)
 
 
 def block(html, name):
@@ -111,7 +136,18 @@ def test_nothing_out_of_a_file_becomes_markup_or_script():
     assert "<img" not in html and "</script><" not in block(html, "scene")
     assert html.count("</script>") == 3
     assert "\u202e" not in html and html.encode()
-    assert json.loads(block(html, "scene"))["markers"][-1]["label"] == NASTY
+    about = json.loads(block(html, "scene"))
+    assert about["markers"][-1]["label"] == NASTY
+    (hip,) = (j for j in about["joints"] if j["name"] == NASTY)
+    assert NASTY in hip["spokes"] and hip["why"] == NASTY
+    # Control characters and halves of characters are no text anywhere; the rest is there to be read.
+    readable = escape(NASTY.replace("\u202e", "\ufffd").replace("\ud800", "\ufffd"))
+    for place in (
+        f" · {readable}</h1>", f"<button>{readable}</button>",
+        f"<td>{readable}</td>", f"<b>{readable}</b>", f'">{readable}</span>',
+        f"<dd>{readable}</dd>", f"<li>{readable}</li>",
+    ):  # fmt: skip
+        assert place in html, place
     assert "read &lt;well&gt;" in page(shown("nearly_still"))
 
 
@@ -134,7 +170,7 @@ def test_the_policy_lets_nothing_run_but_the_viewer_and_nothing_load():
 def test_the_page_has_verdict_table_notes_and_facts():
     one = shown("two_dancers")
     html = page(one)
-    sentences = "<br>".join(escape(sentence) for sentence in verdict(one.fit))
+    sentences = "<br>".join(escape(sentence) for sentence in verdict(one.fit, joint_rows(one.fit)))
     assert f'<p id="verdict">{sentences}</p>' in html
     for joint in one.fit.joints:
         assert f"<button>{joint.joint}</button>" in html
@@ -142,6 +178,52 @@ def test_the_page_has_verdict_table_notes_and_facts():
     assert "700 (101 to 800) at 50 Hz, 14.0 s" in html
     for note in one.fit.notes:
         assert note.split(":")[0] in html
+
+
+def test_the_facts_are_those_of_this_subject():
+    one = shown("two_dancers")
+    points = one.clip.points.copy()
+    own = next(iter(one.assignment.columns["Head"].values()))
+    others = [i for i, subject in enumerate(one.clip.subjects) if subject != one.fit.subject]
+    # Half of the samples of one of 41 markers; and all of the other subject's.
+    points[:350, own] = np.nan
+    points[:, others] = np.nan
+    html = page(
+        dataclasses.replace(
+            one, clip=dataclasses.replace(one.clip, points=points), decided=("twice", "twice")
+        )
+    )
+    assert f"<dd>{one.fit.subject}</dd>" in html
+    assert "<dd>41 assigned, 1.2 % of their samples missing</dd>" in html
+    assert html.count("<li>twice</li>") == 1
+
+
+def test_a_row_a_map_and_a_joint_of_the_figure_have_one_number():
+    one = shown("two_dancers")
+    html = page(one)
+    names = [joint["name"] for joint in json.loads(block(html, "scene"))["joints"]]
+    for tag, end in (("tr", "</button>"), ("figure", "</b>")):
+        found = re.findall(rf'<{tag}[^>]* data-joint="(\d+)">.*?<b(?:utton)?>(\w+){end}', html)
+        assert len(found) == 14
+        assert all(names[int(number)] == name for number, name in found)
+
+
+def luminance(colour):
+    """Relative luminance of a colour #rrggbb, WCAG 2.1."""
+    parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+    linear = np.where(parts <= 0.03928, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    return linear @ [0.2126, 0.7152, 0.0722]
+
+
+def test_words_in_the_colour_of_a_verdict_can_be_read_on_either_ground():
+    style = page(shown("nearly_still")).split("</style>")[0]
+    light, dark = re.findall(r"--panel: (#\w+)", style)
+    for name, look in LOOKS.items():
+        for ground, colour in ((light, look.text), (dark, look.dark_text)):
+            high, low = sorted([luminance(ground), luminance(colour)], reverse=True)
+            assert (high + 0.05) / (low + 0.05) >= 4.5, name
+        assert f"--{name}: {look.text};" in style and f"--{name}-ball: {look.colour};" in style
+    assert style.count(style_of_verdicts()) == 1
 
 
 def test_three_thousand_frames_of_sixty_points_are_under_five_megabytes():
@@ -229,14 +311,51 @@ def test_it_plays_in_a_real_browser(tmp_path):
 
 
 @in_chromium
+def test_the_page_looks_at_the_figure_as_pictures_do(tmp_path):
+    one = shown("range_of_motion")
+    path = tmp_path / "page.html"
+    path.write_text(page(one), encoding="utf-8")
+    hips = [[j.joint for j in one.fit.joints].index(f"{s}Hip") for s in ("Right", "Left")]
+    with Browser(tmp_path / "profile") as browser:
+        browser.open(path)
+        browser.run("mocapSkel.play(false); mocapSkel.go(0)")
+        browser.wait("mocapSkel.drawn === 0")
+        # The first view is the oblique one of a picture of that frame.
+        for name in ("oblique", "front", "side", "top"):
+            if name != "oblique":
+                browser.run(f"document.querySelector('[data-view={name}]').click()")
+            towards, right, left = browser.run(
+                "(() => { mocapSkel.draw(); const { stage } = mocapSkel;"
+                "return [stage.camera.position.clone().sub(stage.controls.target).normalize().toArray(),"
+                f"...{hips}.map((i) => stage.screen(stage.figure.places[i])[0])] }})()"
+            )
+            view = view_of(name, [one.fit], [0])
+            # The page's front and side are 0.05 of their distance, 3 degrees, above the horizon.
+            angle = np.degrees(np.arccos(min(1.0, towards @ view.axes[2])))
+            assert angle < (3.0 if name in ("front", "side") else 0.5), name
+            across = view.axes[0] @ (
+                one.fit.joints[hips[0]].track[0] - one.fit.joints[hips[1]].track[0]
+            )
+            if name != "side":
+                assert np.sign(right - left) == np.sign(across), name
+
+
+@in_chromium
 def test_a_file_full_of_tricks_only_shows_them_as_text(tmp_path):
     path = tmp_path / "page.html"
     path.write_text(page(nasty()), encoding="utf-8")
     with Browser(tmp_path / "profile") as browser:
         browser.open(path)
         assert browser.run("document.images.length") == 0
-        assert "<img src=x onerror=alert(1)>" in browser.run(
-            "document.querySelector('h1').textContent"
+        # What is written by the script: names beside the joints, and what is picked.
+        browser.run("document.querySelector('#labels').click()")
+        browser.run(
+            "mocapSkel.pick(mocapSkel.data.about.joints.findIndex((j) => j.name.includes('<img')))"
         )
+        for place in ("h1", "#names", "#picked"):
+            assert "<img src=x onerror=alert(1)>" in browser.run(
+                f"document.querySelector('{place}').textContent"
+            )
+        assert browser.run("document.images.length") == 0
         assert browser.messages == []
         assert browser.requests == [path.resolve().as_uri()]

@@ -1,50 +1,23 @@
-"""Marker trouble: what is found, what is left alone, what is said; and the check of an association."""
+"""Marker trouble: what is found, what is left alone, what is said."""
 
-import json
 from functools import cache
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
-from recordings import ROOT, clip_of, fit_clip, fit_recording
+from faulty import FIRST, MOTIONS, faulty
+from recordings import clip_of, fit_clip, fit_recording
 
 from mocap_skel import associate, fit_skeleton, read_association, read_clip
-from mocap_skel.artificial import (
-    Faults,
-    Swap,
-    dance,
-    human,
-    marker_set,
-    merge,
-    range_of_motion,
-    record,
-    still,
-    walk,
-    write_c3d,
-)
+from mocap_skel.artificial import Swap, merge, write_c3d
 from mocap_skel.cli import main
-from mocap_skel.cli.assoc_check import command
-from mocap_skel.errors import CallError
-from mocap_skel.results.marker_check import check_association
 from mocap_skel.segments.left_out import LeftOut
 from mocap_skel.segments.trimmed import robust_centre
 from mocap_skel.segments.trouble import SKIN, off_sphere, out_of_shape
 
-FIRST = 101
-MOTIONS = {"rom": range_of_motion, "dance": dance, "walk": walk}
-
-
-def clip(seed=0, markers="cmu", motion="rom", seconds=20, rate=60, **faults):
-    faults = Faults(**{"sigma": 0.001, **faults})
-    moved = MOTIONS[motion](seconds, rate, seed=seed)
-    return record(
-        human(), marker_set(markers), moved, faults, seed=seed, first_frame=FIRST
-    )  # fmt: skip
-
 
 @cache
 def clean_fit(seed, markers):
-    return fit_recording(clip(seed, markers), markers)
+    return fit_recording(faulty(seed, markers), markers)
 
 
 def flagged(recording, fit):
@@ -85,7 +58,7 @@ class TestOutliers:
         ids=str,
     )
     def test_move_no_joint(self, markers, seed, faults):
-        recording = clip(seed, markers, **faults)
+        recording = faulty(seed, markers, **faults)
         fit = fit_recording(recording, markers)
         assert max(shifts(fit, clean_fit(seed, markers)).values()) < 0.002
         mask, wrong = flagged(recording, fit), recording.wrong
@@ -94,23 +67,21 @@ class TestOutliers:
         # One of two markers that are both suspected may be well.
         assert (mask & ~wrong).sum() < 0.1 * wrong.sum()
 
-    def test_without_the_search_they_would(self, monkeypatch):
-        monkeypatch.setattr("mocap_skel.fit.out_of_shape", lambda x: (out_of_shape(x)[0], None))
-        monkeypatch.setattr("mocap_skel.fit.off_sphere", lambda *_: None)
-        fit = fit_recording(clip(0, outliers=0.01))
+    def test_without_the_search_they_would(self):
+        fit = fit_recording(faulty(0, outliers=0.01), search=False)
         assert max(shifts(fit, clean_fit(0, "cmu")).values()) > 0.02
 
     def test_with_gaps_and_skin(self):
         faults = {"slide": 0.005, "dropout": 0.1}
-        clean = fit_recording(clip(3, **faults))
-        recording = clip(3, outliers=0.01, **faults)
+        clean = fit_recording(faulty(3, **faults))
+        recording = faulty(3, outliers=0.01, **faults)
         fit = fit_recording(recording)
         assert (flagged(recording, fit) & recording.wrong).sum() > 0.99 * recording.wrong.sum()
         # Other frames are seen now, with skin in other places: a share of the 5 mm.
         assert max(shifts(fit, clean).values()) < 0.002
 
     def test_two_subjects_have_their_own(self):
-        both = merge({"Anna": clip(0, outliers=0.01), "Ben": clip(1)})
+        both = merge({"Anna": faulty(0, outliers=0.01), "Ben": faulty(1)})
         known = read_association("cmu")
         found = {
             one.subject: fit_skeleton(clip_of(both), one, known.skeleton).left_out
@@ -127,12 +98,12 @@ class TestCleanClips:
         [(60, {}), (120, {"slide": 0.005}), (30, {"slide": 0.005, "dropout": 0.2})],
     )
     def test_are_left_alone(self, motion, markers, rate, faults):
-        recording = clip(4, markers, motion, seconds=10, rate=rate, **faults)
+        recording = faulty(4, markers, motion, seconds=10, rate=rate, **faults)
         assert fit_recording(recording, markers).left_out == ()
 
     def test_rough_skin_is_no_trouble_either(self):
         # 2 cm of slide and 4 mm of noise: worse than real skin.
-        recording = clip(5, sigma=0.003, correlated=0.003, slide=0.02, dropout=0.1)
+        recording = faulty(5, sigma=0.003, correlated=0.003, slide=0.02, dropout=0.1)
         mask = flagged(recording, fit_recording(recording))
         assert mask.sum() < 0.001 * mask.size
 
@@ -164,7 +135,7 @@ class TestSwaps:
     @pytest.mark.parametrize("swap", SWAPS, ids=lambda s: "-".join(map(str, s)))
     def test_is_found_named_and_left_out(self, swap):
         first, second, start, stop = swap
-        recording = clip(5, swaps=(Swap(*swap),))
+        recording = faulty(5, swaps=(Swap(*swap),))
         fit = fit_recording(recording)
         np.testing.assert_array_equal(flagged(recording, fit), recording.wrong)
         stop = 1200 if stop is None else stop
@@ -175,17 +146,17 @@ class TestSwaps:
         }
 
     def test_moves_no_joint(self):
-        fit = fit_recording(clip(0, swaps=(Swap("LKNE", "RKNE", 900),)))
+        fit = fit_recording(faulty(0, swaps=(Swap("LKNE", "RKNE", 900),)))
         assert max(shifts(fit, clean_fit(0, "cmu")).values()) < 0.002
 
     def test_a_jump_that_is_no_swap_has_no_partner(self):
-        recording = clip(5)
+        recording = faulty(5)
         recording.points[200:230, recording.labels.index("LKNE")] += [0.3, 0.0, 0.2]
         fit = fit_recording(recording)
         assert partners(fit) == {"LKNE": ("", FIRST + 200, FIRST + 229)}
 
     def test_the_notes_tell_the_frames_of_the_file(self):
-        fit = fit_recording(clip(5, swaps=(Swap("LKNE", "RKNE", 300, 327),)))
+        fit = fit_recording(faulty(5, swaps=(Swap("LKNE", "RKNE", 300, 327),)))
         assert (
             "LKNE: 27 samples in frames 401-427 left its segment: swapped with RKNE?" in fit.notes
         )
@@ -193,7 +164,9 @@ class TestSwaps:
         assert first == "left out of the fit as marker trouble: 54 of 49200 samples (0.11 %)"
 
     def test_the_command_says_so(self, tmp_path, capsys):
-        write_c3d(clip(5, seconds=10, swaps=(Swap("LSHN", "LANK", 300, 310),)), tmp_path / "c.c3d")
+        write_c3d(
+            faulty(5, seconds=10, swaps=(Swap("LSHN", "LANK", 300, 310),)), tmp_path / "c.c3d"
+        )
         with pytest.raises(SystemExit) as end:
             main(["fit", str(tmp_path / "c.c3d"), "--assoc", "cmu", "-o", str(tmp_path)])
         assert end.value.code == 0
@@ -202,7 +175,7 @@ class TestSwaps:
         assert "swapped with LANK?" in talk
 
     def test_many_markers_are_not_listed_one_by_one(self):
-        fit = fit_recording(clip(0, outliers=0.01))
+        fit = fit_recording(faulty(0, outliers=0.01))
         assert sum("left its segment" in note for note in fit.notes) == 8
         assert any(note.endswith("such samples") for note in fit.notes)
 
@@ -323,197 +296,6 @@ class TestSphere:
         lab = y.T[:, None].copy()
         y[:, 500:520] += [[0.3], [0.3], [0.0]]
         assert off_sphere(y.T[:, None], lab, np.array([0.1, 0.0, 0.3])) is None
-
-
-class TestFaults:
-    def test_outliers_are_as_many_and_as_far_as_asked(self):
-        recording, plain = clip(0, outliers=0.02, outlier_burst=5), clip(0)
-        away = np.linalg.norm(recording.points - plain.points, axis=2)
-        np.testing.assert_allclose(away[recording.wrong], 0.5, atol=1e-12)
-        assert (away[~recording.wrong] == 0).all()
-        # 49,200 samples in bursts of 5: 0.02 ± 4 * √(0.02 * 2 * 5 / 49200) = ± 0.008.
-        assert recording.wrong.mean() == pytest.approx(0.02, abs=0.008)
-
-    def test_a_swap_exchanges_two_markers(self):
-        recording, plain = clip(0, swaps=(Swap("LKNE", "RKNE", 10, 20),)), clip(0)
-        left, right = (plain.labels.index(label) for label in ("LKNE", "RKNE"))
-        np.testing.assert_array_equal(recording.points[10:20, left], plain.points[10:20, right])
-        np.testing.assert_array_equal(recording.points[20:, left], plain.points[20:, left])
-        assert recording.wrong.sum() == 20
-
-    def test_a_clip_without_them_has_no_wrong_samples(self):
-        assert clip(0).wrong.size == 0
-
-    def test_missing_samples_are_not_wrong(self):
-        recording = clip(0, outliers=0.1, dropout=0.3)
-        assert np.isfinite(recording.points[recording.wrong]).all()
-
-    @pytest.mark.parametrize(
-        "faults",
-        [{"outliers": 1.0}, {"outlier_burst": 0.5}, {"swaps": (Swap("LKNE", "NONE"),)}],
-    )
-    def test_refused(self, faults):
-        with pytest.raises(ValueError, match=r"outlier|not in the set"):
-            clip(0, **faults)
-
-
-def association(tmp_path, *edits):
-    """The shipped CMU file with lines changed: (label, label) exchanged, or (label, marker, segment)."""
-    lines = []
-    for line in (ROOT / "association_files" / "cmu.txt").read_text().splitlines():
-        words = line.split()
-        for edit in edits:
-            if len(words) < 2 or words[0] not in edit[: 1 if len(edit) == 3 else 2]:
-                continue
-            if len(edit) == 3:
-                line = " ".join(edit)
-            else:
-                line = f"{edit[1 - edit.index(words[0])]} {words[1]}"
-        lines.append(line)
-    path = tmp_path / "map.txt"
-    path.write_text("\n".join(lines))
-    return path
-
-
-def check(recording, path):
-    known = read_association(path)
-    seen = clip_of(recording)
-    return check_association(seen, associate(seen, known)[0], known.skeleton)
-
-
-@cache
-def checked_clip():
-    return clip(3, slide=0.005, dropout=0.05)
-
-
-def verdicts(found):
-    return {
-        one.marker: (one.verdict, one.partner or one.moves_with)
-        for one in found.markers
-        if one.verdict != "ok"
-    }
-
-
-class TestCheck:
-    def test_the_right_file_is_right(self, tmp_path):
-        found = check(checked_clip(), association(tmp_path))
-        assert verdicts(found) == {}
-        assert found.summary() == (
-            "41 markers checked: every marker that can be judged moves with its segment"
-        )
-        # Noise of 1 mm makes 1.4 mm in a distance, 5 mm of skin adds what it adds.
-        assert all(0 < one.residual < 0.01 for one in found.markers)
-
-    @pytest.mark.parametrize(
-        ("first", "second"),
-        [
-            ("LTHI", "RTHI"),
-            ("LKNE", "RKNE"),
-            ("LWRA", "LELB"),
-            ("LFIN", "RFIN"),
-            ("LANK", "LHEE"),
-            ("LFHD", "RSHO"),
-        ],
-    )
-    def test_exchanged_lines(self, tmp_path, first, second):
-        found = check(checked_clip(), association(tmp_path, (first, second)))
-        assert verdicts(found) == {first: ("swapped", second), second: ("swapped", first)}
-        assert f"{min(first, second)} and {max(first, second)} are exchanged" in found.summary()
-        # The elbow turns about its own marker: that one hardly leaves either place.
-        assert max(one.share for one in found.markers if one.partner) > 0.1
-
-    def test_two_exchanges_at_once(self, tmp_path):
-        edits = ("LTHI", "RTHI"), ("LWRA", "RWRA")
-        found = check(checked_clip(), association(tmp_path, *edits))
-        assert {m: p for m, (_, p) in verdicts(found).items()} == {
-            "LTHI": "RTHI", "RTHI": "LTHI", "LWRA": "RWRA", "RWRA": "LWRA",
-        }  # fmt: skip
-
-    @pytest.mark.parametrize(
-        ("marker", "given", "right"),
-        [
-            ("LWRA", "UpperLeftArm", "LowerLeftArm"),
-            ("C7", "Head", "Chest"),
-            ("LFHD", "Hips", "Head"),
-        ],
-    )
-    def test_a_marker_of_another_segment(self, tmp_path, marker, given, right):
-        found = check(checked_clip(), association(tmp_path, (marker, marker, given)))
-        assert verdicts(found) == {marker: ("wrong segment", right)}
-        assert f"{marker} ({marker}) moves with {right}" in found.summary()
-
-    def test_a_swap_for_a_while_is_not_the_files_fault(self, tmp_path):
-        recording = clip(5, swaps=(Swap("LKNE", "RKNE", 300, 327),))
-        found = check(recording, association(tmp_path))
-        assert verdicts(found) == {
-            "LKNE": ("swapped at times", "RKNE"),
-            "RKNE": ("swapped at times", "LKNE"),
-        }
-        knee = next(one for one in found.markers if one.marker == "LKNE")
-        assert (knee.frames[0], knee.frames[-1]) == (401, 427)
-        assert knee.share == pytest.approx(27 / 1200)
-
-    def test_a_clip_that_hardly_moves_tells_nothing(self, tmp_path):
-        standing = record(human(), marker_set("cmu"), still(5, 60, seed=3), Faults(sigma=0.001))
-        found = check(standing, association(tmp_path, ("LTHI", "RTHI")))
-        assert found.still and "moves too little" in found.summary()
-
-    def test_markers_that_are_never_seen_are_said_to_be(self, tmp_path):
-        recording = clip(3, lost=("LTOE", "LMT5", "RFIN"))
-        found = check(recording, association(tmp_path))
-        assert verdicts(found) == dict.fromkeys(("LTOE", "LMT5", "RFIN"), ("not seen", ""))
-
-    def test_a_marker_that_is_hardly_seen_is_not_judged(self, tmp_path):
-        recording = clip(3)
-        recording.points[12:, recording.labels.index("LFHD")] = np.nan
-        assert verdicts(check(recording, association(tmp_path))) == {}
-
-    def test_one_leg_alone_can_be_checked(self, tmp_path):
-        labels = marker_set("cmu")
-        leg = {"LTHI", "LKNE", "LSHN", "LANK", "LHEE", "LTOE", "LMT5"}
-        recording = clip(3, lost=tuple(label for label in labels if label not in leg))
-        assert {
-            m
-            for m, (v, _) in verdicts(check(recording, association(tmp_path))).items()
-            if v != "not seen"
-        } == set()
-        swapped = check(recording, association(tmp_path, ("LANK", "LHEE")))
-        assert {m for m, (v, _) in verdicts(swapped).items() if v != "not seen"} == {"LANK", "LHEE"}
-
-    def test_the_command(self, tmp_path):
-        write_c3d(clip(3), tmp_path / "c.c3d")
-        call = [str(tmp_path / "c.c3d"), "--assoc", str(association(tmp_path, ("LTHI", "RTHI")))]
-        done = CliRunner().invoke(command, call, standalone_mode=False)
-        assert done.return_value == 0
-        lines = done.stdout.splitlines()
-        assert lines[0].split() == (
-            [
-                "marker",
-                "label",
-                "segment",
-                "residual",
-                "mm",
-                "out",
-                "of",
-                "place",
-                "first",
-                "last",
-                "verdict",
-            ]
-        )
-        assert any(line.endswith("swapped with RTHI") for line in lines)
-        assert lines[-1].endswith("LTHI and RTHI are exchanged: exchange their labels")
-        done = CliRunner().invoke(command, [*call, "--json"], standalone_mode=False)
-        rows = [json.loads(line) for line in done.stdout.splitlines()]
-        assert len(rows) == 41
-        swapped = next(row for row in rows if row["marker"] == "LTHI")
-        assert (swapped["label"], swapped["verdict"], swapped["partner"]) == (
-            "RTHI", "swapped", "RTHI",
-        )  # fmt: skip
-
-    def test_the_command_needs_a_file(self):
-        with pytest.raises(CallError, match="--assoc is missing"):
-            CliRunner().invoke(command, ["c.c3d"], standalone_mode=False, catch_exceptions=False)
 
 
 @pytest.mark.real

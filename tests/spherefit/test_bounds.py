@@ -11,17 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from spheres import (
-    EPS,
-    LAWS,
-    arc,
-    bound,
-    cap,
-    cap_law,
-    even_cap,
-    fisher_bound,
-    markers_on_spheres,
-)
+from spheres import EPS, LAWS, arc, bound, cap, cap_law, even_cap, fisher_bound, markers_on_spheres
 
 from mocap_skel.spherefit import (
     centre_covariance,
@@ -333,6 +323,35 @@ def test_nothing_is_known_beyond_reach_in_a_direction_not_shown():
     assert got[0, 0] == pytest.approx(0.2**2 * 1e-6 / (1000 * 0.01), rel=1e-4)
     none = centre_covariance(flat, np.zeros(1), np.array([0.2]), np.array([1e-6]), 0.4)
     np.testing.assert_allclose(none, 0.16 * np.eye(3), rtol=1e-12)
+
+
+def test_weights_that_markers_do_not_deserve_cost_what_the_sandwich_says():
+    """A⁻¹ B A⁻¹ of the system that was solved, and no more than reach where neither shows anything."""
+    rng = np.random.default_rng(34)
+    half = rng.normal(size=(2, 3, 3))
+    covariance = half @ half.swapaxes(1, 2)
+    counts, radius, noise = np.array([50.0, 200.0]), np.array([0.1, 0.3]), np.array([1e-6, 9e-6])
+    weights = np.array([1.0, 3.0])
+    a = np.einsum("p,pde->de", weights, covariance)
+    b = np.einsum("p,pde->de", weights**2 * radius**2 * noise / counts, covariance)
+    got = centre_covariance(covariance, counts, radius, noise, 1e6, weights)
+    expected = np.linalg.inv(a) @ b @ np.linalg.inv(a)
+    np.testing.assert_allclose(got, expected, rtol=0, atol=1e-9 * np.trace(expected))
+    # Only ratios count, and those that are deserved are what there is without weights.
+    same = centre_covariance(covariance, counts, radius, noise, 1e6, 7 * weights)
+    np.testing.assert_allclose(same, got, rtol=0, atol=1e-9 * np.trace(got))
+    deserved = counts / (radius**2 * noise)
+    best = centre_covariance(covariance, counts, radius, noise, 1e6)
+    told = centre_covariance(covariance, counts, radius, noise, 1e6, deserved)
+    np.testing.assert_allclose(told, best, rtol=0, atol=1e-9 * np.trace(best))
+    assert np.trace(best) < np.trace(got)
+    # A hinge: in its plane the same law, along its axis the reach.
+    flat = covariance.copy()
+    flat[:, 2], flat[:, :, 2] = 0.0, 0.0
+    got = centre_covariance(flat, counts, radius, noise, 0.4, weights)
+    plane = np.linalg.inv(a[:2, :2]) @ b[:2, :2] @ np.linalg.inv(a[:2, :2])
+    np.testing.assert_allclose(got[:2, :2], plane, rtol=0, atol=1e-3 * np.trace(plane))
+    assert got[2, 2] == pytest.approx(0.16, rel=1e-9)
 
 
 # Effective samples

@@ -29,10 +29,10 @@ export class Figure {
     this.places = joints.map(() => ({ at: new Vector3(), seen: false }));
     this.markerPlaces = markers.map(() => ({ at: new Vector3(), seen: false }));
     this.colours = {};
-    this.balls = Object.entries(SHAPES).map(([trust, shape]) => {
-      const mine = joints.map((joint, i) => [joint, i]).filter(([joint]) => joint.trust === trust).map(([, i]) => i);
-      const material = trust === 'no' ? new MeshBasicMaterial({ wireframe: true }) : new MeshLambertMaterial();
-      return { trust, mine, mesh: this.#instances(shape(JOINT * reach), material, mine.length) };
+    this.balls = Object.entries(SHAPES).map(([verdict, shape]) => {
+      const mine = joints.map((joint, i) => [joint, i]).filter(([joint]) => joint.shown === verdict).map(([, i]) => i);
+      const material = verdict === 'no' ? new MeshBasicMaterial({ wireframe: true }) : new MeshLambertMaterial();
+      return { verdict, mine, mesh: this.#instances(shape(JOINT * reach), material, mine.length) };
     });
     this.bones = this.#instances(new CylinderGeometry(BONE * reach, BONE * reach, 1, 8), new MeshLambertMaterial(), bones.length);
     this.markers = this.#instances(new IcosahedronGeometry(MARKER * reach, 1), new MeshLambertMaterial(), markers.length);
@@ -68,16 +68,16 @@ export class Figure {
   /** Colours by their names in the style sheet, read again when the theme changes. */
   paint(colours) {
     const { joints, bones, markers } = this.data.about;
-    const of = (trust) => new Color(colours[trust in SHAPES ? trust : 'no']);
+    const of = (verdict) => new Color(colours[verdict in SHAPES ? verdict : 'no']);
     this.colours = {
       marker: new Color(colours.marker), other: new Color(colours.other), leftOut: new Color(colours['left-out']),
     };
-    for (const { trust, mesh } of this.balls) mesh.material.color = of(trust);
-    bones.forEach((bone, i) => this.bones.setColorAt(i, of(bone.trust)));
+    for (const { verdict, mesh } of this.balls) mesh.material.color = of(verdict);
+    bones.forEach((bone, i) => this.bones.setColorAt(i, of(bone.shown)));
     if (bones.length) this.bones.instanceColor.needsUpdate = true;
     markers.forEach((_, i) => this.markers.setColorAt(i, this.colours.marker));
     this.ellipsoids.forEach((one, i) => {
-      if (one) for (const mesh of [one.solid, one.net]) mesh.material.color = of(joints[i].trust);
+      if (one) for (const mesh of [one.solid, one.net]) mesh.material.color = of(joints[i].shown);
     });
     this.spokes.material.color = this.ring.material.color = new Color(colours.pick);
   }
@@ -119,8 +119,8 @@ export class Figure {
   #markers(frame) {
     const number = this.data.number(frame);
     this.data.about.markers.forEach((marker, i) => {
-      const shown = marker.segment ? this.show.markers : this.show.others;
-      this.markers.setMatrixAt(i, shown ? place(this.markerPlaces[i]) : NONE);
+      const visible = marker.segment ? this.show.markers : this.show.others;
+      this.markers.setMatrixAt(i, visible ? place(this.markerPlaces[i]) : NONE);
       const left = marker.leftOut.some(([start, stop]) => start <= number && number < stop);
       const colour = left ? this.colours.leftOut : marker.segment ? this.colours.marker : this.colours.other;
       this.markers.setColorAt(i, colour);

@@ -104,7 +104,7 @@ class Player {
       const { label, marker: name, segment } = markers[marker];
       lines.push(segment ? `${label === name ? label : `${label} = ${name}`}, marker of ${segment}` : `${label}, not assigned`);
     } else if (joint) {
-      lines.push(`${joint.name}: ${joint.trust === 'none' ? 'not fitted' : joint.trust}`);
+      lines.push(`${joint.name}, ${joint.shown === 'none' ? 'not fitted' : `shown: ${joint.shown}`}`);
       if (joint.why) lines.push(joint.why);
       if (joint.ellipsoid) {
         const radii = [...joint.ellipsoid.radii].sort((a, b) => b - a).map((r) => (1000 * r).toPrecision(2));

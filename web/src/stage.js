@@ -49,7 +49,7 @@ export class Stage {
     const style = getComputedStyle(document.documentElement);
     const read = (name) => style.getPropertyValue(`--${name}`).trim();
     const colours = Object.fromEntries(COLOURS.map((name) => [name, read(name)]));
-    for (const trust of ['yes', 'weak', 'no']) colours[trust] = read(`${trust}-ball`);
+    for (const verdict of ['yes', 'weak', 'no']) colours[verdict] = read(`${verdict}-ball`);
     this.scene.background = new Color(colours.view);
     if (this.grid) {
       this.scene.remove(this.grid);
@@ -78,15 +78,16 @@ export class Stage {
     this.stale = true;
   }
 
-  /** Puts the camera in front of, beside or above the figure of this frame, or where it was at the start. */
+  /** Puts the camera in front of, at the right of or above the figure of this frame, or where it was at the start. */
   look(from) {
     const front = new Vector3(...this.data.about.front);
-    const side = new Vector3().crossVectors(this.up, front);
+    const right = new Vector3().crossVectors(front, this.up);
     const away = {
       front: front.clone().addScaledVector(this.up, 0.05),
-      side: side.clone().addScaledVector(this.up, 0.05),
-      top: this.up.clone().addScaledVector(front, 0.001),
-      start: front.clone().addScaledVector(side, 0.65).addScaledVector(this.up, 0.3),
+      side: right.clone().addScaledVector(this.up, 0.05),
+      // From a little behind, so that its front is up.
+      top: this.up.clone().addScaledVector(front, -0.001),
+      start: front.clone().addScaledVector(right, 0.7).addScaledVector(this.up, 0.33),
     }[from].normalize();
     const narrow = Math.min(1, 1.25 * this.camera.aspect);
     const distance = (1.08 * this.extent.reach) / Math.sin((this.camera.fov * Math.PI) / 360) / narrow;

@@ -1,4 +1,4 @@
-"""An association for a clip of an unknown marker set: by the markers' names, then by their motion."""
+"""Guess which label of a clip is which marker: by the labels first, then by the movement."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError
-from mocap_skel.figure.skeleton import SHIPPED, STANDARD, Skeleton, read_skeleton
+from mocap_skel.figure.skeleton import STANDARD, Skeleton, shipped_skeletons
 from mocap_skel.labels.association import Association, Rule, check_subject
 from mocap_skel.labels.guess.motion import Verdict, weigh
 from mocap_skel.labels.guess.names import HIGH, LIKELY, OPEN, UNSURE, NameGuess, guess_names
 from mocap_skel.labels.guess.rigid import distances
 from mocap_skel.text import counted, listed
 
-# Markers that a root's pose needs.
+# A root's pose needs so many markers.
 LEAST_ON_ROOT = 3
-# So many segments with markers that move with no part of the body are a second body's.
+# Markers of so many segments that move with no part of the body are a second body's.
 SECOND_BODY = 3
 
 _GUESS = ("mocap-skel", "assoc", "guess")
@@ -30,7 +30,7 @@ __all__ = ["Guess", "Line", "check_sure", "guess_association", "in_words", "repe
 
 @dataclass(frozen=True)
 class Line:
-    """What is guessed of one label.
+    """The guess for one label.
 
     Attributes:
         label: without the subject.
@@ -39,9 +39,9 @@ class Line:
         standard: whether `marker` is one of the skeleton's.
         confidence: "high", "likely", "unsure" (not to be used unasked) or "open".
         reason: in plain words.
-        contradicted: a confident name that moves with another part of the body, or with none.
+        contradicted: the name is clear, but it moves with another part of the body, or with none.
         lost: it moves with no part of the body.
-        computed: no marker, but a point that a model computed.
+        computed: it is no marker, but a point that a model computed.
         seen: whether the clip has a sample of it.
     """
 
@@ -63,7 +63,13 @@ class Line:
 
 @dataclass(frozen=True)
 class Guess:
-    """All labels of a clip, each once, in the skeleton's order and then the clip's."""
+    """The guess for all labels of a clip.
+
+    Attributes:
+        clip: the clip's name.
+        skeleton: the standard human, or the shipped part of it that the clip shows.
+        lines: one for each label, in the skeleton's order and then the clip's.
+    """
 
     clip: str
     skeleton: Skeleton
@@ -71,10 +77,11 @@ class Guess:
 
     @property
     def used(self) -> tuple[Line, ...]:
+        """The lines that are sure enough to be used."""
         return tuple(line for line in self.lines if line.used)
 
     def association(self) -> Association:
-        """The lines that are sure enough to be used, as if read from a file."""
+        """The lines that are sure enough to be used, as an association that was read from a file."""
         rules = (Rule(x.label, x.marker, x.segment, i) for i, x in enumerate(self.used, 1))
         rest = tuple(_escaped(line.label) for line in self.lines if not line.used)
         return Association("the guess", self.skeleton, tuple(rules), rest)
@@ -85,15 +92,20 @@ def guess_association(clip: Clip, subject: str | None = None, how: Sequence[str]
 
     Args:
         clip: the recording.
-        subject: look at this one only; a label that several subjects have gets one line, and motion
-            has to agree in all of them.
+        subject: look at this one only. Without it, a label that several subjects have gets one line, and
+            their movements have to agree.
         how: options that the clip was read with, for the commands that hints name.
 
     Raises:
-        CallError: no label says anything; or there is no such subject.
+        CallError: no label says which marker it is; or there is no such subject.
+
+    >>> from mocap_skel import read_clip
+    >>> guess = guess_association(read_clip("sample_data/range_of_motion.c3d"))
+    >>> guess.lines[0].label, guess.lines[0].marker, guess.lines[0].confidence
+    ('RFWT', 'RFWT', 'high')
     """
     check_subject(clip, subject)
-    skeleton = read_skeleton(STANDARD)
+    skeleton = shipped_skeletons()[STANDARD]
     subjects = [name for name in clip.subject_names if subject in (None, name)]
     columns = {
         name: [i for i, whose in enumerate(clip.subjects) if whose == name] for name in subjects
@@ -128,7 +140,11 @@ def guess_association(clip: Clip, subject: str | None = None, how: Sequence[str]
 def repeated(
     subject: str | None, unit: str | None, rate: float | None, *, salvage: bool
 ) -> list[str]:
-    """The options of a call that a command in a hint has to repeat."""
+    """The options of a call that a command in a hint has to repeat.
+
+    >>> repeated("Ben", None, 120.0, salvage=True)
+    ['--salvage', '--subject', 'Ben', '--rate', '120.0']
+    """
     words = ["--salvage"] if salvage else []
     for option, value in (("--subject", subject), ("--unit", unit), ("--rate", rate)):
         words += [] if value is None else [option, str(value)]
@@ -136,18 +152,21 @@ def repeated(
 
 
 def check_sure(guess: Guess, how: Sequence[str] = ()) -> None:
-    """Refuse a guess that a fit should not rest on.
+    """Raise an error if a guess is not sure enough for a fit.
 
-    It is sure enough where the root has three placed markers, no confident name moves with another
-    part of the body, and at least half of the labels that may be markers are placed; markers that the
-    clip never shows do not count.
+    It is sure enough if the root has three placed markers, if no clear name moves with another part of
+    the body, and if at least half of the labels that may be markers are placed. Markers that the clip
+    never shows do not count.
 
     Args:
-        guess: what is guessed of a clip.
+        guess: from `guess_association`.
         how: options that the clip was read with, for the command that the hint names.
 
     Raises:
-        CallError: it is not; says why, and which command writes the file to correct.
+        CallError: it is not sure enough; says why, and which command writes the file to correct.
+
+    >>> from mocap_skel import read_clip
+    >>> check_sure(guess_association(read_clip("sample_data/range_of_motion.c3d")))
     """
     hint = (
         f"{shlex.join([*_GUESS, guess.clip, *how, '-o', 'assoc.txt'])} writes it; correct it, then "
@@ -175,7 +194,12 @@ def check_sure(guess: Guess, how: Sequence[str] = ()) -> None:
 
 
 def in_words(guess: Guess) -> str:
-    """The guess in one sentence."""
+    """The guess in one sentence.
+
+    >>> from mocap_skel import read_clip
+    >>> in_words(guess_association(read_clip("sample_data/range_of_motion.c3d")))
+    '41 of 41 labels placed (41 high, 0 likely)'
+    """
     counts = Counter(line.confidence for line in guess.lines)
     said = (
         f"{len(guess.used)} of {counted(len(guess.lines), 'label')} placed"
@@ -196,7 +220,7 @@ def in_words(guess: Guess) -> str:
 
 
 def _figure(placed: Counter[str], human: Skeleton) -> Skeleton:
-    """The standard human, or the smallest shipped part of it where the clip shows no human root.
+    """The standard human, or the smallest shipped part of it if the clip does not show the human's root.
 
     Args:
         placed: how many markers each segment has that the clip shows.
@@ -206,11 +230,10 @@ def _figure(placed: Counter[str], human: Skeleton) -> Skeleton:
         return human
     names = {s.name for s in human.segments}
     parts = []
-    for path in sorted(SHIPPED.glob("*.toml")):
-        part = read_skeleton(path.stem)
+    for name, part in shipped_skeletons().items():
         own = {s.name for s in part.segments}
         if set(placed) <= own <= names and placed[part.root.name] >= LEAST_ON_ROOT:
-            parts.append((len(own), path.stem, part))
+            parts.append((len(own), name, part))
     if not parts:
         return human
     _, name, part = min(parts, key=lambda p: p[:2])
@@ -218,7 +241,7 @@ def _figure(placed: Counter[str], human: Skeleton) -> Skeleton:
 
 
 def _agreed(verdicts: list[Verdict]) -> Verdict:
-    """One verdict of several subjects'."""
+    """One verdict for a label that several subjects have."""
     order = {HIGH: 0, LIKELY: 1, UNSURE: 2, OPEN: 3}
     bad = next((v for v in verdicts if v.contradicted), None)
     if bad is not None or len({v.guess.segment for v in verdicts}) == 1:
@@ -229,7 +252,7 @@ def _agreed(verdicts: list[Verdict]) -> Verdict:
 
 
 def _lines(verdicts: list[Verdict], skeleton: Skeleton) -> list[Line]:
-    """One line a label, with a marker's name that no other has."""
+    """One line for each label, with a marker's name that no other has."""
     standard = skeleton.segment_of
     taken = {v.guess.marker for v in verdicts if v.guess.marker}
     rank = {s.name: i for i, s in enumerate(skeleton.segments)}

@@ -1,4 +1,4 @@
-"""The table of what markers' names mean, dialects.toml, as it is looked up."""
+"""What markers' names mean: the table dialects.toml, prepared for look-ups."""
 
 from __future__ import annotations
 
@@ -32,7 +32,11 @@ class Place:
         return "{" in self.segment
 
     def named(self, side: str) -> tuple[str, str]:
-        """Segment and standard marker ("" for none) for a side, "L", "R" or ""."""
+        """The segment and the standard marker ("" for none) on a side: "L", "R" or "".
+
+        >>> Place("Upper{Side}Leg", "{s}KNE", "").named("L")
+        ('UpperLeftLeg', 'LKNE')
+        """
         long = {"L": "Left", "R": "Right", "": ""}[side]
         # A marker of the middle is neither the left one nor the right one, and the reverse.
         fits = bool(side) == ("{" in self.marker) or (side and side == self.side)
@@ -76,7 +80,20 @@ class Either:
 
 @dataclass(frozen=True)
 class Dialects:
-    """The whole table."""
+    """The whole table.
+
+    Attributes:
+        sides: a word for a side → "L" or "R".
+        words: spelling → the word that `phrases` have.
+        noise: words that say nothing of the place.
+        doubts: code without side → why it is not to be used unasked.
+        either: codes of two places.
+        computed_words, computed_codes, computed_starts: what names of computed points have in them.
+        codes: code without side → its places, the best spelling first.
+        clusters: stem of numbered codes → the places of the cluster.
+        phrases: words that together name a place.
+        letters: letters that a clip must have → letter of a cluster → its place.
+    """
 
     sides: dict[str, str]
     words: dict[str, str]
@@ -94,7 +111,7 @@ class Dialects:
 
 @cache
 def dialects() -> Dialects:
-    """The table, read once."""
+    """Read the table; later calls give the same one."""
     data = tomllib.loads(TABLE.read_text(encoding="utf-8"))
     found = Dialects(
         sides={word: side for side, words in data["sides"].items() for word in words},

@@ -1,4 +1,4 @@
-"""A figure for a clip whose labels say nothing: rigid segments, the joints between them, as two files."""
+"""Find a figure in a clip whose labels say nothing: rigid segments and the joints between them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,14 @@ DOUBTFUL = 0.01
 
 @dataclass(frozen=True)
 class FoundSegment:
-    """A rigid group of markers, its joint's residual in metres (None for the root)."""
+    """A rigid group of markers.
+
+    Attributes:
+        name: made up: segment_1, segment_2 ...
+        parent, joint: the segment that it hangs on, and the joint between them; None for the root.
+        labels: of its markers.
+        residual: metres, how far the joint is from fixed in both segments; None for the root.
+    """
 
     name: str
     parent: str | None
@@ -36,14 +43,20 @@ class FoundSegment:
 
 @dataclass(frozen=True)
 class Figure:
-    """Segments, parents first, and the labels that are on none of them, by the reason why."""
+    """A figure that was found in a clip.
+
+    Attributes:
+        clip: the clip's name.
+        segments: parents first.
+        left_out: labels that are on no segment → why.
+    """
 
     clip: str
     segments: tuple[FoundSegment, ...]
     left_out: dict[str, str]
 
     def rows(self) -> list[dict[str, object]]:
-        """One a label."""
+        """One row for each label, as `--json` prints them."""
         rows: list[dict[str, object]] = [
             {
                 "label": label, "segment": s.name, "joint": s.joint, "parent": s.parent,
@@ -71,7 +84,7 @@ class Figure:
 
 
 def find_figure(clip: Clip, subject: str | None = None) -> Figure:
-    """The rigid segments of a clip and the tree of joints between them, from the motion alone.
+    """Find the rigid segments of a clip and the joints between them, from the movement alone.
 
     Args:
         clip: the recording.
@@ -80,6 +93,11 @@ def find_figure(clip: Clip, subject: str | None = None) -> Figure:
     Raises:
         CallError: several subjects and none chosen.
         FitError: no three markers move together.
+
+    >>> from mocap_skel import read_clip
+    >>> figure = find_figure(read_clip("sample_data/range_of_motion.c3d"))
+    >>> figure.in_words()
+    '41 of 41 labels on 15 segments, 14 joints'
     """
     names = clip.subject_names
     if subject is None and len(names) > 1:
@@ -115,7 +133,7 @@ def find_figure(clip: Clip, subject: str | None = None) -> Figure:
 
 
 def _attached(hinges: list[Hinge], limit: float) -> list[Hinge]:
-    """The hinges that hold, without those that hang on one that does not."""
+    """The joints that hold, without those that hang on one that does not."""
     loose: set[int] = set()
     kept = []
     for hinge in hinges:
@@ -149,6 +167,7 @@ def _rooted(groups: list[list[int]], hinges: list[Hinge]) -> list[tuple[int, int
 def _segments(
     order: list[tuple[int, int, float]], groups: list[list[int]], labels: list[str]
 ) -> list[FoundSegment]:
+    """Name the groups and their joints, from the root down."""
     name = {group: f"segment_{n}" for n, (group, _, _) in enumerate(order, 1)}
     return [
         FoundSegment(
@@ -163,7 +182,12 @@ def _segments(
 
 
 def figure_texts(figure: Figure, skeleton_file: str) -> tuple[str, str]:
-    """The skeleton file and the association file, which refers to it by its name."""
+    """The texts of a skeleton file and of an association file that names it.
+
+    Args:
+        figure: from `find_figure`.
+        skeleton_file: the name of the first, for the second.
+    """
     by = f"# {figure.clip}: found by mocap-skel assoc guess --by-motion, without names."
     toml = [
         by,

@@ -1,4 +1,4 @@
-"""Which rigid groups hang on each other: those that share a point that is fixed in both."""
+"""Find the joints between rigid groups of markers: two groups are neighbours if a point is fixed in both."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_skel.joints.centre import BEST, Frame, fit_centre
+from mocap_skel.joints.centre import fit_centre
+from mocap_skel.joints.samples import Frame, JointSamples
 from mocap_skel.segments.pose import Array, Pose
 from mocap_skel.segments.shape import Shape, find_shape, median
 from mocap_skel.spherefit import DegenerateSphereError
@@ -24,7 +25,7 @@ MOST_FRAMES = 1500
 
 @dataclass(frozen=True)
 class Hinge:
-    """Two groups, the second hung on the first.
+    """A joint: the group `child` hangs on the group `parent`.
 
     Attributes:
         parent, child: indices of the groups.
@@ -40,7 +41,7 @@ class Hinge:
 
 @dataclass(frozen=True, eq=False)
 class _Body:
-    """A group with the frame that its markers, and its joint if it needs that, give it."""
+    """A group with its frame, from its markers and, if they are only two, its joint."""
 
     points: Array
     shape: Shape
@@ -48,7 +49,7 @@ class _Body:
 
 
 def hang(points: Array, groups: list[list[int]]) -> list[Hinge]:
-    """A tree over groups of markers: the joints in the order in which they were found, at best G - 1.
+    """Connect groups of markers to a tree by joints, the joints in the order in which they were found.
 
     Prim's minimum spanning tree from the group with most markers that has a frame. Where both groups have
     three markers, the common point of both (SCoRE: Ehrig et al. 2006) tells the residual; otherwise
@@ -57,7 +58,10 @@ def hang(points: Array, groups: list[list[int]]) -> list[Hinge]:
 
     Args:
         points: (F, M, 3), NaN = missing.
-        groups: the markers of each, the largest first.
+        groups: the markers of each of the G groups, the largest first.
+
+    Returns:
+        At most G - 1 joints; none if no group has a frame.
     """
     points = points[:: max(len(points) // MOST_FRAMES, 1)]
     own = [points[:, g] for g in groups]
@@ -100,7 +104,7 @@ def hang(points: Array, groups: list[list[int]]) -> list[Hinge]:
 def _joint(
     parent: _Body, points: Array, child: _Body | None, sigma: float
 ) -> tuple[float, float, Array] | None:
-    """Residual, cost, and the joint's track in the lab (F, 3)."""
+    """The joint between a body and a group: residual, cost, and its track in the lab (F, 3); None for no joint."""
     if child is not None and child.points.shape[1] >= 3:
         found = common_point(parent.pose, child.pose)
         if found is None:
@@ -109,9 +113,8 @@ def _joint(
         track = parent.pose.to_lab(centre)
     else:
         try:
-            fit = fit_centre(
-                parent.pose.to_segment(points), sigma, sigma, Frame(parent.shape), BEST
-            )
+            inside = parent.pose.to_segment(points)
+            fit = fit_centre(JointSamples(inside, sigma, sigma, Frame(parent.shape)))
         except DegenerateSphereError:
             return None
         if fit is None:
@@ -122,16 +125,29 @@ def _joint(
 
 
 def _nearest(points: Array, track: Array) -> float:
-    """The median distance of a track from the nearest of some points."""
+    """The distance of a track (F, 3) from the nearest of some points (F, M, 3), by their medians over the frames."""
     far = median(np.linalg.norm(points - track[:, None], axis=-1).T)
     return float(np.nanmin(far)) if np.isfinite(far).any() else float(REACH)
 
 
 def common_point(first: Pose, second: Pose) -> tuple[Array, float] | None:
-    """The point that is most nearly fixed in two frames (SCoRE), in the first's, and its residual in m.
+    """Find the point that is most nearly fixed in two moving frames (SCoRE: Ehrig et al. 2006).
 
     Minimises Σ |p + M c - q - N d|² over c and d, with a weak prior at both origins that holds what
-    the motion does not show. None where fewer than LEAST_FRAMES frames have both.
+    the motion does not show.
+
+    Returns:
+        The point (3,) in the first frame, metres, and the root mean square residual, metres; None if
+        fewer than LEAST_FRAMES frames have both poses.
+
+    >>> angle = np.linspace(0, 1, 50)
+    >>> zero, one = np.zeros(50), np.ones(50)
+    >>> rows = [[np.cos(angle), -np.sin(angle), zero], [np.sin(angle), np.cos(angle), zero], [zero, zero, one]]
+    >>> turning = np.moveaxis(np.array(rows), 2, 0)
+    >>> knee, residual = common_point(Pose(np.tile(np.eye(3), (50, 1, 1)), np.zeros((50, 3))),
+    ...                               Pose(turning, [0.1, 0.2, 0] - turning @ [0.3, 0, 0]))
+    >>> knee.round(3), residual < 1e-4
+    (array([0.1, 0.2, 0. ]), True)
     """
     both = first.known & second.known
     count = int(both.sum())

@@ -1,4 +1,4 @@
-"""What the motion says: it confirms or contradicts the names, and places markers whose name says nothing."""
+"""What the movement says: it confirms or contradicts the names, and places markers whose name says nothing."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ LEAST_SEEN = 0.05
 
 @dataclass(frozen=True)
 class Verdict:
-    """What motion says of one marker.
+    """What the movement says of one marker.
 
     Attributes:
-        guess: the name's guess, changed where motion has something to say.
-        contradicted: a confident name that moves with another part of the body, or with none.
+        guess: the guess by name, changed if the movement has something to say.
+        contradicted: the name is clear, but it moves with another part of the body, or with none.
     """
 
     guess: NameGuess
@@ -55,12 +55,21 @@ class Verdict:
 def weigh(
     guesses: list[NameGuess], found: Distances, skeleton: Skeleton, frames: int
 ) -> list[Verdict]:
-    """The names' guesses for M markers of one subject, judged by their distances.
+    """Judge the guesses by name for the M markers of one subject by how constant their distances are.
 
-    A marker's misfit to a segment is the middle of the spreads of its distances to the segment's placed
-    markers, so that a bad one among them does not count. A neighbour segment in the tree proves nothing
-    against a confident name: a marker beside the joint keeps its distance to both. Only where two
-    markers fit crosswise, each with the other's segment, are they exchanged.
+    A marker's misfit to a segment is the median spread of its distances to the segment's placed markers,
+    so that a bad one among them does not count. A neighbour segment in the tree proves nothing against a
+    clear name: a marker beside the joint keeps its distance to both. Two markers are called exchanged
+    only if each fits better with the other's segment.
+
+    Args:
+        guesses: by name, one for each marker.
+        found: the distances between the markers, in the same order.
+        skeleton: which segments are neighbours.
+        frames: of the clip.
+
+    Returns:
+        One verdict for each marker.
     """
     guesses = _without_computed(_without_doubles(guesses, found), found)
     judge = _Judge(found, skeleton, frames)
@@ -80,6 +89,8 @@ def weigh(
 
 
 class _Judge:
+    """The distances between markers, and which markers are placed on which segment so far."""
+
     def __init__(self, found: Distances, skeleton: Skeleton, frames: int) -> None:
         seen = found.count >= max(LEAST_SEEN * frames, 1)
         self.spread = np.where(seen, found.spread, np.nan)
@@ -94,7 +105,7 @@ class _Judge:
         self.usual: dict[str, float] = {}
 
     def seat(self, guesses: list[NameGuess], *, certain: bool = False) -> None:
-        """Take the markers that are placed so far as what the others are measured against.
+        """Compare from now on with the markers that are placed in these guesses.
 
         Args:
             guesses: of all labels.
@@ -111,13 +122,13 @@ class _Judge:
         self.usual = {s: self._usual(members) for s, members in self.members.items()}
 
     def _usual(self, members: list[int]) -> float:
-        """The spread to a segment's markers that one more may have; nothing fits a single marker."""
+        """How much the distances of one more marker to these may vary; 0, which nothing fits, for a single marker."""
         inside = self.spread[np.ix_(members, members)]
         inside = inside[np.isfinite(inside)]
         return max(CLEARLY * float(np.median(inside)), STILL) if len(inside) else 0.0
 
     def place(self, i: int, guess: NameGuess) -> NameGuess:
-        """A marker whose name leaves it open, on the segment that it moves with."""
+        """Put a marker whose name is not clear on the segment with which it moves, if that is clear."""
         if guess.computed or guess.confidence in (HIGH, LIKELY):
             return guess
         fits = self._worst(i)
@@ -139,7 +150,7 @@ class _Judge:
         return replace(guess, segment=segment, confidence=LIKELY, reason=f"{guess.reason}; {moves}")
 
     def lost(self, i: int, guess: NameGuess) -> Verdict | None:
-        """The verdict on a placed marker that keeps its distance to no part of the body; or None."""
+        """The verdict on a placed marker that keeps its distance to no part of the body; None for other markers."""
         if not guess.segment or guess.confidence not in (HIGH, LIKELY):
             return None
         fits = self._misfits(i, 1)
@@ -162,7 +173,7 @@ class _Judge:
         )
 
     def confirm(self, i: int, guess: NameGuess) -> Verdict:
-        """A placed marker, and whether it moves with its segment."""
+        """The verdict on a placed marker: whether it moves with its segment."""
         if not guess.segment or guess.confidence not in (HIGH, LIKELY):
             return Verdict(guess)
         if lost := self.lost(i, guess):
@@ -203,7 +214,7 @@ class _Judge:
         return Verdict(guess)
 
     def exchanged(self, guesses: list[NameGuess]) -> list[tuple[int, int]]:
-        """Pairs of placed markers that each fit better with the other's segment, the clearest first.
+        """Find pairs of placed markers that each fit better with the other's segment, the clearest pair first.
 
         Each marker is in one pair at most; a pair's markers do not count for each other.
         """
@@ -240,20 +251,20 @@ class _Judge:
         return pairs
 
     def _middle(self, i: int, segment: str, without: int = -1) -> float:
-        """The median of a marker's spreads to a segment's others; NaN where there are none."""
+        """The median spread of a marker's distances to a segment's other markers; NaN if there are none."""
         spreads = self.spread[i, [k for k in self.members[segment] if k not in (i, without)]]
         spreads = spreads[np.isfinite(spreads)]
         return float(np.median(spreads)) if len(spreads) else np.nan
 
     def _own(self, fits: list[tuple[float, str]], segment: str) -> float | None:
-        """The misfit to a marker's own segment; where it is alone there, to the closest neighbour."""
+        """A marker's misfit to its own segment; if it is alone there, to the neighbour that fits best."""
         own = next((m for m, s in fits if s == segment), None)
         return (
             own if own is not None else next((m for m, s in fits if s in self.near[segment]), None)
         )
 
     def _away(self, i: int, segment: str) -> float:
-        """How far a marker is from its segment's or a neighbour's markers, the middle one; 0 for none."""
+        """Metres from a marker to the others of its segment, or of a neighbour if they are nearer; 0 for none."""
         found = []
         for name in self.near[segment]:
             means = self.mean[i, [k for k in self.members.get(name, []) if k != i]]
@@ -282,7 +293,7 @@ class _Judge:
 
 
 def _without_doubles(guesses: list[NameGuess], found: Distances) -> list[NameGuess]:
-    """The guesses without doubles that are seen beside what they double: another body's marker."""
+    """Make guesses unsure whose label is another's copy, if both are seen at once in different places."""
     at = {guess.label: i for i, guess in enumerate(guesses)}
 
     def sure(i: int, guess: NameGuess) -> NameGuess:
@@ -298,7 +309,7 @@ def _without_doubles(guesses: list[NameGuess], found: Distances) -> list[NameGue
 
 
 def _without_computed(guesses: list[NameGuess], found: Distances) -> list[NameGuess]:
-    """The guesses with points that a model computed found out: they keep a distance exactly.
+    """Find the points that a model computed: they keep a distance exactly.
 
     Not where most markers do, as in a generated clip without noise.
     """

@@ -1,4 +1,4 @@
-"""What the names of a clip's markers say: segment and standard marker, and how sure that is."""
+"""What the labels of a clip say: the segment and the standard marker of each, and how sure that is."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _LEAST_PAIRS = 4
 
 @dataclass(frozen=True)
 class NameGuess:
-    """What one label says.
+    """What one label says about its marker.
 
     Attributes:
         label: without its subject.
@@ -37,10 +37,10 @@ class NameGuess:
         marker: the standard marker, "" for none.
         confidence: HIGH, LIKELY, UNSURE (a guess that is not to be used unasked) or OPEN.
         reason: in plain words.
-        rank: of labels for one marker, the one with the smallest.
+        rank: of several labels for one standard marker, the one with the smallest rank gets it.
         computed: the name of a point that a model computed.
-        double_of: the label that stands in the file more than once, "" for none.
-        lost: it keeps its distance to no part of the body: another body's.
+        double_of: the label of which this is another copy in the file, "" for none.
+        lost: it keeps its distance to no part of the body, so it is another body's.
     """
 
     label: str
@@ -57,18 +57,31 @@ class NameGuess:
 def guess_names(
     labels: Sequence[str], standard: Iterable[tuple[str, str]] = ()
 ) -> dict[str, NameGuess]:
-    """What labels (without subjects) say, each with a standard marker that no other has.
+    """Guess from the names alone which label is which marker; no standard marker is given twice.
 
     Args:
-        labels: those of one clip: what one means may hang on the others.
+        labels: all of one clip, without subjects: the meaning of one can depend on the others.
         standard: the skeleton's markers with their segments.
+
+    Returns:
+        Label → guess, in the order of the labels.
+
+    >>> found = guess_names(["R.Knee.Lat", "point 7"])
+    >>> found["R.Knee.Lat"].segment, found["R.Knee.Lat"].marker, found["R.Knee.Lat"].confidence
+    ('UpperRightLeg', 'RKNE', 'high')
+    >>> found["point 7"].reason
+    'the name says nothing'
     """
     known = _Labels(labels, dict(standard))
     return _one_each({label: known.guess(label) for label in dict.fromkeys(labels)})
 
 
 def tokens(label: str) -> list[str]:
-    """The words and numbers of a label, in lower case."""
+    """Split a label into its words and numbers, in small letters.
+
+    >>> tokens("RightKneeLat_01")
+    ['right', 'knee', 'lat', '01']
+    """
     return [t.lower() for part in re.split(r"[^A-Za-z0-9]+", label) for t in _TOKEN.findall(part)]
 
 
@@ -77,7 +90,7 @@ def _code(label: str) -> str:
 
 
 class _Labels:
-    """The labels of one clip, as the context of each of them."""
+    """All labels of one clip: what each of them means can depend on the others."""
 
     def __init__(self, labels: Sequence[str], standard: dict[str, str]) -> None:
         self.table: Dialects = dialects()
@@ -115,7 +128,7 @@ class _Labels:
         return best or NameGuess(label, "", "", OPEN, "the name says nothing")
 
     def _either(self, label: str) -> str:
-        """What an ambiguous code may be; "" where it is none, or the other labels settle it."""
+        """The two places that an ambiguous code may be, in words; "" if it is clear, or the other labels make it so."""
         candidates = self._candidates(label)
         sided = (_stem(rest) for side, rest, mirrored in candidates if side and not mirrored)
         # The first is the likeliest: RTH1 is R and TH, not RT and H; but LFT1 is not LFT and 1.
@@ -138,7 +151,7 @@ class _Labels:
         return f"a computed point by its name ({hit})" if hit else ""
 
     def _arm(self, label: str) -> bool:
-        """Whether Table 1's forearm (RARM) is the upper arm here, as there is a forearm beside it."""
+        """Whether RARM, a forearm in Table 1, is the upper arm here: the clip has another name for the forearm."""
         forearm = {"FRM", "FRA", "FARM", "FOREARM"}
         return label[1:] == "ARM" and bool(forearm & self.rests)
 
@@ -274,7 +287,7 @@ class _Labels:
         return NameGuess(label, segment, marker, HIGH, f"the words {sided}{said}", 1e5)
 
     def _words(self, label: str) -> tuple[set[str], str, list[str], list[str]]:
-        """Canonical words of a label, its side, its numbers, and what is none of these."""
+        """The words of a label in the table's spelling, its side, its numbers, and what is none of these."""
         spelled = tokens(label)
         joined: list[str] = []
         for token in spelled:
@@ -323,7 +336,7 @@ class _Labels:
 
 @lru_cache(4096)
 def _split(token: str) -> list[str] | None:
-    """Words that together are the token (kneelat, lelbowout), a side only first or last; or None."""
+    """Split a token into words of the table (kneelat: knee, lat), a side only first or last; None if it cannot be."""
     table = dialects()
     known = [w for w in table.words if len(w) >= 2]
 
@@ -349,7 +362,7 @@ def _stem(code: str) -> str:
 
 
 def _other_language(stems: set[str]) -> tuple[str, str, bool] | None:
-    """Letters that stand for left and right in a set that has no L and R: gauche and droite.
+    """The letters for left and right in a set that has no L and R: G and D, gauche and droite.
 
     Returns:
         The letters and whether they stand at the end. Only certain where several stems have both, more
@@ -370,7 +383,7 @@ def _other_language(stems: set[str]) -> tuple[str, str, bool] | None:
 
 
 def _one_each(found: dict[str, NameGuess]) -> dict[str, NameGuess]:
-    """Each standard marker for one label only: that with the best name, then the first."""
+    """Leave each standard marker to one label only: the one with the best name, or the first of equal ones."""
     owner: dict[str, NameGuess] = {}
     certain = {HIGH: 0, LIKELY: 1, UNSURE: 2, OPEN: 3}
     for guess in sorted(found.values(), key=lambda g: (certain[g.confidence], g.rank)):

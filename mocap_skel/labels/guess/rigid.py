@@ -1,4 +1,4 @@
-"""How constant the distance of every two markers is, from sums over the frames; and which move together."""
+"""How constant the distance between every two markers is, and which markers move together."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FARTHEST_GAP = 6.0
 
 @dataclass(frozen=True, eq=False)
 class Distances:
-    """The distance of every two of M markers, over the frames that show both.
+    """The distances between every two of M markers, over the frames that show both.
 
     Attributes:
         count: (M, M) frames.
@@ -39,12 +39,18 @@ class Distances:
 
 
 def distances(points: Array) -> Distances:
-    """Mean and spread of all pairwise distances of points (F, M, 3), NaN = missing.
+    """Mean and spread of the distances between every two markers, from points (F, M, 3), metres, NaN = missing.
 
     One pass, as matrix products: with q = |x|² and p = xᵀy, |x - y|² = q_x + q_y - 2p, and its square is
     q_x² + q_y² + 2 q_x q_y + 4p² - 4 q_x p - 4 q_y p. Every term is a sum of products of something of x
     and something of y, p² of the six products of two coordinates. A missing marker's features are zero,
     so a pair's sums hold the frames that show both.
+
+    >>> still = np.zeros((50, 3))
+    >>> swinging = np.stack([np.cos(np.arange(50)), np.sin(np.arange(50)), np.arange(50.0)], axis=1)
+    >>> found = distances(np.stack([still, still + [0.3, 0, 0], swinging], axis=1))
+    >>> bool(found.spread[0, 1] < 1e-6), bool(found.spread[0, 2] > 1)
+    (True, True)
     """
     frames, count = points.shape[:2]
     middle = _middles(points)
@@ -96,18 +102,26 @@ def _sums(left: list[Array], right: list[Array]) -> Array:
 
 
 def _middles(points: Array) -> Array:
-    """(F, 3): where the visible markers of each frame are. Distances do not care, rounding does."""
+    """The mean of the visible markers of each frame, (F, 3): taken away, it leaves distances with less rounding."""
     seen = np.isfinite(points[..., 0])
     count = np.maximum(seen.sum(axis=1), 1)[:, None]
     return np.asarray(np.where(seen[..., None], points, 0.0).sum(axis=1) / count)
 
 
 def rigid_groups(spread: Array) -> list[list[int]]:
-    """Markers that move together, from the spreads (M, M) of their distances: the largest group first.
+    """Group the markers that move together, by the spreads (M, M) of their distances; the largest group first.
 
     Complete linkage: two groups become one while all their distances are constant. How constant is
     decided by the first clear gap in the heights at which groups join, not far above what the closest
     markers of the clip show: that gap lies between noise and skin on one side, joints on the other.
+
+    Returns:
+        The indices of the markers of each group; every marker is in one.
+
+    >>> spread = np.full((4, 4), 0.05)
+    >>> spread[0, 2] = spread[2, 0] = spread[1, 3] = spread[3, 1] = 0.001
+    >>> rigid_groups(spread)
+    [[0, 2], [1, 3]]
     """
     count = len(spread)
     if count < 2:

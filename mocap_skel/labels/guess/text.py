@@ -1,4 +1,4 @@
-"""A guess as the text of an association file that its user can read, correct and use."""
+"""Write a guess as an association file, for its user to read, correct and use."""
 
 from __future__ import annotations
 
@@ -20,7 +20,14 @@ _HEAD = """\
 
 
 def association_text(guess: Guess) -> str:
-    """The guess as an association file: what is not sure enough to be used is a comment."""
+    """The guess as the text of an association file; lines that are not sure enough are comments.
+
+    >>> from mocap_skel import read_clip
+    >>> from mocap_skel.labels.guess import guess_association
+    >>> text = association_text(guess_association(read_clip("sample_data/range_of_motion.c3d")))
+    >>> text.splitlines()[7]
+    'RFWT  RFWT    # high: a name of Table 1; moves with it (1.4 mm)'
+    """
     counts = Counter("computed points" if x.computed else x.confidence for x in guess.lines)
     said = ", ".join(f"{n} {what}" for what, n in counts.items())
     parts = [_HEAD.format(clip=_plain(guess.clip), counts=f"{len(guess.lines)} labels: {said}.")]
@@ -38,6 +45,7 @@ def association_text(guess: Guess) -> str:
 
 
 def _row(line: Line) -> tuple[tuple[str, str, str], str]:
+    """The three words of a line, "" where there is none, and its comment."""
     label = quoted(line.label)
     # The word ignore with one other would drop labels.
     whole = not line.standard or line.label.lower() == "ignore"
@@ -50,9 +58,14 @@ def _row(line: Line) -> tuple[tuple[str, str, str], str]:
 
 
 def quoted(name: str) -> str:
-    """A name as a word of an association file."""
+    """A name as a word of an association file, in quotes if it needs them.
+
+    >>> print(quoted("LKNE"), quoted("left knee"))
+    LKNE "left knee"
+    """
     return name if re.fullmatch(r'[^\s"#@][^\s"#]*', name) else f'"{name}"'
 
 
 def _plain(text: str) -> str:
+    """A text on one line."""
     return " ".join(text.split())

@@ -1,0 +1,27 @@
+"""CSV: skeleton.csv, the joints in every frame, and joints.csv, each joint with its evidence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mocap_skel.export.registry import Rendered, Source, Turned, register
+
+if TYPE_CHECKING:
+    from mocap_skel.skeleton_fit import SkeletonFit
+
+
+@register(
+    "csv",
+    suffixes=(".skeleton.csv", ".joints.csv"),
+    options=Turned,
+    makes="walk.skeleton.csv (the joints in every frame) and walk.joints.csv (each joint with its evidence)",
+    lacks="a CSV has points only, not how the segments turn; it does not say its unit, which is the metre",
+)
+def write(fit: SkeletonFit, options: Turned, source: Source) -> Rendered:
+    """Both tables of a fit."""
+    from mocap_skel.export.tables_csv import joints_csv, skeleton_csv
+    from mocap_skel.results.axes import turned
+
+    del source
+    fit = turned(fit, options.up)
+    return Rendered({".skeleton.csv": skeleton_csv(fit), ".joints.csv": joints_csv(fit)})

@@ -1,0 +1,105 @@
+"""Parquet, by pyarrow: the moving skeleton in long form, and the joints with their evidence."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+from mocap_skel.export.registry import Rendered, Source, Turned, register
+from mocap_skel.extras import extra
+from mocap_skel.version import __version__
+
+if TYPE_CHECKING:
+    from mocap_skel.skeleton_fit import SkeletonFit
+
+# Columns that are the same text over and over.
+_REPEATED = ("clip", "subject", "point", "kind")
+
+
+@register(
+    "parquet",
+    suffixes=(".skeleton.parquet", ".joints.parquet"),
+    options=Turned,
+    makes="walk.skeleton.parquet and walk.joints.parquet, the tables of csv in long form",
+    lacks="a Parquet table has points only, not how the segments turn",
+    needs=("pyarrow.parquet", "parquet"),
+)
+def write(fit: SkeletonFit, options: Turned, source: Source) -> Rendered:
+    """Both tables of a fit.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    from mocap_skel.results.axes import turned
+
+    del source
+    fit = turned(fit, options.up)
+    return Rendered(
+        {".skeleton.parquet": skeleton_parquet(fit), ".joints.parquet": joints_parquet(fit)}
+    )
+
+
+def skeleton_parquet(fit: SkeletonFit) -> bytes:
+    """One row a frame and point, the columns of `points_table`; missing is null.
+
+    Unit, vertical axis and frame rate stand in the schema's metadata.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    import numpy as np
+
+    from mocap_skel.results.tables import point_columns
+
+    pa = extra("pyarrow", "parquet")
+    columns = {}
+    for name, values in point_columns(fit).items():
+        if name in _REPEATED:
+            columns[name] = pa.array(values, pa.string()).dictionary_encode()
+        elif values.dtype.kind == "f":
+            columns[name] = pa.array(values, mask=~np.isfinite(values))
+        else:
+            columns[name] = pa.array(values)
+    return _file(fit, pa.table(columns))
+
+
+def joints_parquet(fit: SkeletonFit) -> bytes:
+    """One row a joint: clip, subject and the columns of joints.csv, its lists as lists.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    from mocap_skel.results.tables import joint_rows
+
+    pa = extra("pyarrow", "parquet")
+    rows = [{"clip": fit.clip, "subject": fit.subject, **row} for row in joint_rows(fit)]
+    names = list(rows[0]) if rows else []
+    columns = {name: [row[name] for row in rows] for name in names}
+    return _file(fit, pa.table({n: pa.array(v, _type(pa, n, v)) for n, v in columns.items()}))
+
+
+def _type(pa: Any, name: str, values: list[Any]) -> Any:
+    """A column's type by what is in it; where that says nothing, what it would be."""
+    known = [value for value in values if value is not None]
+    if any(isinstance(value, list) for value in known):
+        inner = [item for value in known for item in value]
+        return pa.list_(_type(pa, name, inner))
+    if any(isinstance(value, str) for value in known):
+        return pa.string()
+    if known and all(isinstance(value, bool) for value in known):
+        return pa.bool_()
+    if known and all(isinstance(value, int) for value in known):
+        return pa.int64()
+    return pa.string() if name == "markers" else pa.float64()
+
+
+def _file(fit: SkeletonFit, table: Any) -> bytes:
+    parquet = extra("pyarrow.parquet", "parquet")
+    said = {
+        "unit": "m", "up": fit.up, "axes": "right-handed", "rate": f"{fit.rate:.10g}",
+        "time": "seconds, (frame - 1) / rate", "clip": fit.clip, "subject": fit.subject,
+        "creator": f"mocap-skel {__version__}",
+    }  # fmt: skip
+    target = io.BytesIO()
+    parquet.write_table(table.replace_schema_metadata(said), target, compression="zstd")
+    return target.getvalue()

@@ -1,0 +1,95 @@
+"""What is known of a joint besides its own markers' spheres: anatomy, the shared point, other clips."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mocap_skel.figure.skeleton import Segment
+from mocap_skel.joints.calibration import Pooled, Template, pooled_evidence, template_of
+from mocap_skel.joints.priors import Expected, Surroundings, expected_joint
+from mocap_skel.joints.samples import LEAST_SAMPLES
+from mocap_skel.joints.segment_pose import Placed
+from mocap_skel.joints.task import Task
+from mocap_skel.joints.two_sided import SharedPoint, shared_point
+from mocap_skel.segments.pose import Array
+from mocap_skel.segments.prepare import Prepared
+from mocap_skel.spherefit import Moments, sphere_moments
+
+
+@dataclass(frozen=True, eq=False)
+class JointKnowledge:
+    """What a fit may add to the movement of a joint's markers. All in the parent's frame.
+
+    Attributes:
+        expected: where anatomy has the joint; None without a prior.
+        shared: the point that both segments' own poses share; only beside `expected`.
+        pooled: what the calibration's clips know of it.
+    """
+
+    expected: Expected | None
+    shared: SharedPoint | None
+    pooled: Pooled | None
+
+
+def joint_knowledge(
+    segment: Segment, parent: Placed, inside: Array, prepared: Prepared, task: Task
+) -> tuple[JointKnowledge, tuple[str, ...]]:
+    """What is known of the joint between a segment and its parent, and notes on what cannot be used.
+
+    Args:
+        segment: the segment below the joint.
+        parent: the one above it.
+        inside: the segment's markers (frames, M, 3) in the parent's frame, metres.
+        prepared: the clip's markers.
+        task: what is fitted, and how.
+    """
+    expected = expected_in(segment, parent, inside, prepared, task)
+    shared = _shared(segment, parent, prepared) if expected is not None else None
+    pooled, notes = _pooled(segment, parent, prepared, task)
+    return JointKnowledge(expected, shared, pooled), notes
+
+
+def expected_in(
+    segment: Segment, parent: Placed, inside: Array, prepared: Prepared, task: Task
+) -> Expected | None:
+    """Where anatomy has a segment's joint, in its parent's frame; arguments as of `joint_knowledge`."""
+    if not task.anatomy or not segment.priors:
+        return None
+    columns = prepared.markers(segment.name)
+
+    def lower(markers: tuple[str, ...]) -> Moments | None:
+        if not all(m in columns for m in markers):
+            return None
+        found = sphere_moments(inside[:, [columns.index(m) for m in markers]].mean(axis=1))
+        return found if found.count >= LEAST_SAMPLES else None
+
+    around = Surroundings(parent.template, parent.posed.joint, lower, task.size)
+    return expected_joint(segment.priors, task.skeleton.landmarks, around)
+
+
+def _shared(segment: Segment, parent: Placed, prepared: Prepared) -> SharedPoint | None:
+    """The point of a segment's own shape that stays in its parent.
+
+    Not for a ball joint: there it follows the skin's turns about the bone, which a marker's distance
+    from the centre does not feel.
+    """
+    if segment.name not in prepared.shapes or segment.looseness <= 1:
+        return None
+    return shared_point(parent.pose, prepared.shapes[segment.name][1])
+
+
+def _pooled(
+    segment: Segment, parent: Placed, prepared: Prepared, task: Task
+) -> tuple[Pooled | None, tuple[str, ...]]:
+    """What the calibration knows of the joint, and a note for each clip with markers that have moved."""
+    if task.calibration is None or segment.joint is None or not parent.drawn_through:
+        return None, ()
+    markers = prepared.markers(segment.name)
+    shape = prepared.shapes[segment.name][0] if segment.name in prepared.shapes else None
+    return pooled_evidence(
+        task.calibration,
+        segment.joint,
+        Template(parent.template, parent.posed.joint, parent.rigid),
+        template_of(markers, prepared.of(segment.name), shape),
+        markers,
+    )

@@ -1,0 +1,163 @@
+"""A segment's pose once its joint is known, and how far a joint in its frame can be trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mocap_skel.figure.skeleton import Segment
+from mocap_skel.joints.hinge import hinge_shift, inward
+from mocap_skel.joints.joint_fit import JointFit
+from mocap_skel.joints.samples import Frame
+from mocap_skel.joints.task import Task
+from mocap_skel.segments.cases import (
+    Link,
+    Posed,
+    by_markers,
+    by_markers_and_joint,
+    by_one_marker,
+    turned_with,
+)
+from mocap_skel.segments.pose import Array, Pose
+from mocap_skel.segments.prepare import Prepared
+from mocap_skel.segments.shape import Shape, median
+
+# A marker nearer to its joint than so many radial residuals shows no direction.
+NO_DIRECTION = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A segment that has a pose.
+
+    Attributes:
+        segment: of the figure.
+        markers: names of the first points of `posed.template`.
+        posed: the pose, and the points that it is of.
+        frame: what the fit of a joint in this segment's frame has to know of it.
+    """
+
+    segment: Segment
+    markers: tuple[str, ...]
+    posed: Posed
+    frame: Frame
+
+    @property
+    def pose(self) -> Pose:
+        """NaN in frames that do not determine it."""
+        return self.posed.pose
+
+    @property
+    def template(self) -> dict[str, Array]:
+        """Marker → its place (3,) in the segment, metres, of those that have one."""
+        known = np.asarray(np.isfinite(self.posed.template).all(axis=1))
+        places = zip(self.markers, self.posed.template, known, strict=False)
+        return {marker: place for marker, place, there in places if there}
+
+    @property
+    def drawn_through(self) -> tuple[str, ...]:
+        """The three points, markers or the joint, that give the axes; empty for a segment of one marker."""
+        if self.posed.shape is None:
+            return ()
+        # The joint is the last point of a shape that has it.
+        names = [*self.markers, self.segment.joint or ""]
+        return tuple(names[i] for i in self.posed.shape.chosen)
+
+    @property
+    def rigid(self) -> float:
+        """Standard deviation of the markers about their places, metres, skin included."""
+        return self.posed.shape.sigma if self.posed.shape else 0.0
+
+
+def placed_root(segment: Segment, prepared: Prepared, task: Task) -> Placed:
+    """The root by its own markers, which have a rigid shape."""
+    shape, pose = _own_pose(segment.name, prepared, task)
+    posed = Posed(pose, shape.template, None, shape)
+    return Placed(segment, prepared.markers(segment.name), posed, Frame(shape))
+
+
+def placed_child(
+    segment: Segment, joint: JointFit, parent: Placed, prepared: Prepared, task: Task
+) -> tuple[Placed, str]:
+    """A segment by the case that each frame allows (thesis 5.5.1.1 to 5.5.1.3).
+
+    Args:
+        segment: it has a marker.
+        joint: its joint towards the parent, fitted.
+        parent: the parent.
+        prepared: the clip's markers.
+        task: what is fitted, and how.
+
+    Returns:
+        The segment, whose pose may be unknown in every frame; and a note, "" for none.
+    """
+    points, markers = prepared.of(segment.name), prepared.markers(segment.name)
+    link = Link(joint.track, parent.pose.rotation @ joint.axis, joint.hinge)
+    if segment.name in prepared.shapes:
+        posed = by_markers(points, *_own_pose(segment.name, prepared, task), link)
+        return Placed(segment, markers, posed, Frame(posed.shape)), ""
+    found = by_markers_and_joint(points, link, task.triad)
+    if found is not None:
+        frame = Frame(found.shape)
+        if joint.shown == "no":
+            doubt = f"the frame of {segment.name} rests on {joint.joint}, which is not known"
+            frame = replace(frame, limit="weak", doubt=doubt)
+        return Placed(segment, markers, found, frame), ""
+    return _placed_by_one(segment, joint, link, parent, prepared, task)
+
+
+def _own_pose(name: str, prepared: Prepared, task: Task) -> tuple[Shape, Pose]:
+    """The rigid shape of a segment's markers, and the pose that they give."""
+    shape, pose = prepared.shapes[name]
+    return shape, shape.triad_pose(prepared.of(name)) if task.triad else pose
+
+
+def _placed_by_one(
+    segment: Segment, joint: JointFit, link: Link, parent: Placed, prepared: Prepared, task: Task
+) -> tuple[Placed, str]:
+    """A segment on one marker (or on several in line with the joint, of which the one seen most counts)."""
+    points = prepared.of(segment.name)
+    m = int(np.isfinite(points[..., 0]).sum(axis=0).argmax())
+    marker, name = points[:, m], prepared.markers(segment.name)[m]
+    distance = float(median(np.linalg.norm(marker - joint.track, axis=1)))
+    note = ""
+    if distance < NO_DIRECTION * joint.residual:
+        # The line from joint to marker is noise; the parent's turn is the best that is known.
+        posed = turned_with(parent.pose, marker, joint.track)
+        note = (
+            f"{segment.name} turns with {joint.parent}: its one marker is no farther from "
+            f"{joint.joint} than noise"
+        )
+    else:
+        below = _hinge_below(segment, marker, joint.track, prepared, task)
+        if below is not None:
+            link = Link(joint.track, below, hinge=True)
+        posed = by_one_marker(marker, link, distance)
+    frame = (
+        Frame(None, "weak", f"{segment.name} stands on one marker")
+        if link.hinge
+        else Frame(None, "no", f"the turn of {segment.name} is not seen: one marker")
+    )
+    return Placed(segment, (name,), posed, frame), note
+
+
+def _hinge_below(
+    segment: Segment, marker: Array, joint: Array, prepared: Prepared, task: Task
+) -> Array | None:
+    """The axis (frames, 3) of the hinge at a segment's other end; None where anatomy has none there.
+
+    It is fixed in the segment, and the lower bone shows it, as the segment's own marker cannot.
+    """
+    if not task.anatomy:
+        return None
+    for child in task.skeleton.segments:
+        found = hinge_shift(child.priors) if child.parent == segment.name else None
+        if found is None or found[0] not in prepared.markers(segment.name):
+            continue
+        ends = [prepared.track(name) for name in found[1].toward]
+        known = [end for end in ends if end is not None]
+        if len(known) == len(ends):
+            below = np.mean(known, axis=0) - marker
+            return inward(marker - joint, below, found[1], task.size)
+    return None

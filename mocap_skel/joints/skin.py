@@ -1,0 +1,167 @@
+"""The error of a centre that skin makes by moving over the bone (``docs/priors.md``)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mocap_skel.joints.sphere import Sphere
+from mocap_skel.segments.pose import Array
+
+# `benchmarks/coverage.py` prints how often the truth lies within the errors that follow from these numbers.
+# The part of skin's slide that is in proportion to the joint's turn looks like another centre and leaves no
+# residual: metres a radian of it for each metre of slide that does. For a ball joint; `Segment.looseness`
+# times that where the bones themselves roll and glide.
+SLIDE = 7.5
+# Metres a radian for each metre of reach: skin of a limb of 30 cm goes some centimetre while its joint turns
+# by 90 degrees (Leardini 2005), also where a motion is too small to show any of it.
+USUAL = 0.02
+# Radians: within such a turn of the marker's direction the skin lies as before, beyond it anew.
+ALIKE = 0.4
+# Skin slides about twice as far along a bone as away from it (Cappozzo 1996), and turns the parent's frame
+# by all of it, but only the latter is seen in a radius: ratio of the variances.
+ALONG = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """What skin does to a centre that was fitted to a motion, which more samples do not mend.
+
+    Attributes:
+        covariance: (3, 3), m².
+        shift: (3,), metres, what the middle of the possible noise levels would move the centre by.
+        slide: variance of the slide in proportion to the angle, m².
+    """
+
+    covariance: Array
+    shift: Array
+    slide: float
+
+
+def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
+    """The error of a fitted centre that the soft tissue under the markers makes.
+
+    Residuals that follow each other smoothly are the same whenever the joint comes back to the same place:
+    they do not average out over frames or markers, only over the places, as many as the markers'
+    directions cover. Three parts: such residuals as the noise of a sphere fit; the slide in proportion to
+    the angle, which they show the size of only; and what they add to the noise that was taken away, on
+    the child and by the parent's frame, of which nobody knows how much is independent of the motion.
+
+    Args:
+        sphere: the fit, with the smooth share of its radial residuals.
+        looseness: of the joint, 1 for a ball, 2 or 3 where the bones themselves roll and glide.
+
+    A marker 0.4 m below a joint that turns freely, on skin that swells by 5 mm and back:
+
+    >>> from mocap_skel.joints.choices import Estimation
+    >>> from mocap_skel.joints.samples import Frame, JointSamples, gather
+    >>> from mocap_skel.joints.sphere import fit_markers
+    >>> cone = [0.0, 0.0, -2.0] + np.random.default_rng(0).normal(size=(500, 1, 3))
+    >>> cone = cone / np.linalg.norm(cone, axis=-1, keepdims=True)
+    >>> swelling = 0.005 * np.sin(np.linspace(0.0, 20.0, 500))[:, None, None]
+    >>> samples = JointSamples([1.0, 0.0, 0.0] + (0.4 + swelling) * cone, 0.001, 0.001, Frame(None))
+    >>> skin = skin_error(fit_markers(gather(samples, None), Estimation()))
+    >>> bool(0.003 < np.sqrt(skin.covariance[0, 0]) < 0.03)
+    True
+    """
+    seen = _Directions(sphere)
+    hidden = _hidden_slide(seen)
+    # What was not solved is no worse for skin.
+    solved = sphere.solved
+    values, axes = np.linalg.eigh(solved.T @ seen.cap @ solved)
+    axes = solved @ axes
+    unseen = seen.skin + hidden * float(np.trace(seen.cap))
+    known = np.maximum(values, 0.0) * seen.places / unseen + 1.0 / seen.reach**2
+    shift = _noise_shift(seen)
+    slide = looseness**2 * (SLIDE**2 * seen.skin / seen.places + hidden)
+    covariance = (axes / known) @ axes.T + np.outer(shift, shift)
+    return Skin(covariance + slide * np.eye(3), shift, slide)
+
+
+@dataclass(frozen=True, eq=False)
+class _Directions:
+    """A fit as skin sees it: the directions from its centre to the markers, and how much of them is smooth."""
+
+    sphere: Sphere
+
+    @cached_property
+    def reach(self) -> float:
+        return self.sphere.evidence.reach
+
+    @cached_property
+    def share(self) -> Array:
+        """(M,), of all samples."""
+        return self.sphere.evidence.share
+
+    @cached_property
+    def part(self) -> Array:
+        """(3, 3): the projection onto the directions that were solved."""
+        return self.sphere.solved @ self.sphere.solved.T
+
+    @cached_property
+    def moved(self) -> Array:
+        """(M, 3, 3), m²: the markers' covariance without the noise that was taken away."""
+        return self.sphere.evidence.moments.covariance - self.sphere.noise
+
+    @cached_property
+    def cap(self) -> Array:
+        """(3, 3), radians²: scatter of the markers' directions from the centre."""
+        least = np.finfo(float).eps * self.reach
+        radius = np.maximum(np.linalg.norm(self.sphere.away, axis=1), least)
+        return np.asarray(
+            self.part @ np.einsum("p,pij->ij", self.share / radius**2, self.moved) @ self.part
+        )
+
+    @cached_property
+    def smooth(self) -> Array:
+        """(M,), m²: variance of the radial residuals that follow each other smoothly."""
+        return self.sphere.variance * self.sphere.evidence.smooth
+
+    @cached_property
+    def skin(self) -> float:
+        """m²: the same of all markers."""
+        least = (np.finfo(float).eps * self.reach) ** 2
+        return max(float(self.share @ self.smooth), least)
+
+    @cached_property
+    def places(self) -> float:
+        """How many times the directions cover anew, at least one in each way across their mean."""
+        middle = self.sphere.away.T @ self.share
+        length = float(np.linalg.norm(middle))
+        axis = middle / length if length > 0 else middle
+        across = np.eye(3) - np.outer(axis, axis)
+        spread = np.linalg.eigvalsh(across @ self.cap @ across)[1:]
+        # √12 standard deviations are the whole width of an even distribution.
+        width = np.sqrt(12.0 * np.maximum(spread, 0.0))
+        return float(np.prod(np.maximum(width / ALIKE, 1.0)))
+
+
+def _hidden_slide(seen: _Directions) -> float:
+    """m² a radian²: variance of the slide that may be there although no residual shows it.
+
+    What a slide in proportion to a turn about one axis leaves in the radius is of the third order in the
+    turn, so that it shows with the square of the places that the turn takes the marker to; and white
+    noise conceals no more than the part of it that `smooth_share` cannot tell from chance.
+    """
+    unnoticed = 2.0 / np.sqrt(np.maximum(seen.sphere.evidence.count, 1.0))
+    usual = (USUAL * seen.reach / seen.places**2) ** 2
+    concealed = SLIDE**2 * float(seen.share @ (seen.sphere.variance * unnoticed))
+    return usual * concealed / max(usual + concealed, np.finfo(float).tiny)
+
+
+def _noise_shift(seen: _Directions) -> Array:
+    """(3,): where the centre goes when half of the skin is taken away as noise too.
+
+    Nobody knows how much of skin is noise, between none and all of it: the middle. To first order
+    (C - N - ΔN)(c - x̄) = ½ S.
+    """
+    leverage = seen.sphere.evidence.leverage
+    extra = 0.5 * (seen.smooth[:, None, None] * np.eye(3) + ALONG * seen.skin * leverage)
+    system, more = (np.einsum("p,pij->ij", seen.share, m) for m in (seen.moved, extra))
+    push = seen.part @ np.einsum("p,pij,pj->i", seen.share, extra, seen.sphere.away)
+    values, axes = np.linalg.eigh(seen.part @ system @ seen.part)
+    # No farther than to the markers, however little is left of a direction.
+    least = np.einsum("ik,ij,jk->k", axes, more, axes)
+    return np.asarray(-axes @ ((axes.T @ push) / np.maximum(values, least + np.finfo(float).tiny)))

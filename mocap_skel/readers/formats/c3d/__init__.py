@@ -1,0 +1,52 @@
+"""C3D files: checked before any library sees them, then read by the one that reads them right.
+
+`survey` looks at a file before any library does: `section` reads the header and the parameters, `layout`
+finds the points, `machine` and `frames` know its numbers and counts. `choice` lets ezc3d read what is sound,
+and py-c3d or numpy the rest; `damage` finds what no counter tells. `point_lists` says which points are no
+markers by the file's own lists.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mocap_skel.readers.formats.c3d.choice import read_contents
+from mocap_skel.readers.formats.c3d.contents import texts
+from mocap_skel.readers.formats.c3d.point_lists import added_points, computed_points
+from mocap_skel.readers.formats.c3d.section import is_c3d
+from mocap_skel.readers.raw import RawClip
+from mocap_skel.readers.registry import register
+
+
+@register("C3D", suffixes=(".c3d",), sniff=is_c3d, salvages=True)
+def read(path: Path, salvage: bool = False) -> RawClip:
+    """Read a C3D file.
+
+    Args:
+        path: the file.
+        salvage: read the whole frames that a file holds which is cut off or damaged.
+
+    Raises:
+        ClipError: no reader can read it, it is cut off or damaged, or holds no point; the message does not
+            name the file.
+        OSError: it cannot be opened.
+    """
+    found = read_contents(path, salvage)
+    point = found.parameters["POINT"]
+    points = found.points
+    # Whatever place a library gives to a sample that its residual marks as missing.
+    points[found.invalid] = np.nan
+    return RawClip(
+        points=points,
+        labels=tuple(texts(point, "LABELS")),
+        rate=found.rate,
+        unit=next(iter(texts(point, "UNITS")), ""),
+        up=next(iter(texts(point, "Y_SCREEN")), ""),
+        up_name="POINT:Y_SCREEN",
+        first_frame=found.first_frame,
+        computed=computed_points(point),
+        earlier=added_points(point),
+        notes=found.notes,
+    )

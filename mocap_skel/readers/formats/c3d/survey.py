@@ -1,0 +1,171 @@
+"""What is known of a file before any library sees it, and whether one in C may: it must not crash."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap_skel.readers.formats.c3d import layout, section
+from mocap_skel.readers.formats.c3d.contents import Groups, number, texts
+from mocap_skel.readers.formats.c3d.frames import WORD, first_frame, unsigned
+from mocap_skel.readers.formats.c3d.layout import Layout
+from mocap_skel.readers.formats.c3d.machine import dtype, native, numbers
+from mocap_skel.readers.formats.c3d.section import Header, Section
+
+
+@dataclass(frozen=True)
+class Survey:
+    """A C3D file as its header, its parameters and its size have it.
+
+    Attributes:
+        path: the file.
+        header, section: what it says.
+        layout: where its points are.
+        first_frame: the file's own number of the first frame.
+        contradictions: what it says of its points that is not so; readers may be misled by it.
+        doubts: why no library in C may see it, one phrase each.
+        base: the byte at which it starts.
+    """
+
+    path: Path
+    header: Header
+    section: Section
+    layout: Layout
+    first_frame: int
+    contradictions: tuple[str, ...]
+    doubts: tuple[str, ...]
+    base: int = 0
+
+    def remarks(self) -> Iterator[str]:
+        """What the file says in two ways without harm to its readers, one phrase each."""
+        point, header, layout = self.section.groups.get("POINT", {}), self.header, self.layout
+        rate, scale = number(point.get("RATE")), number(point.get("SCALE"))
+        if rate > 0 and header.rate > 0 and abs(rate - header.rate) > 1e-3 * rate:
+            yield f"POINT:RATE is {rate:g} Hz, the header's {header.rate:g}; the first is taken"
+        said = unsigned(point.get("FRAMES"))
+        # Counts past 16 bits stand elsewhere, and what the file has no room for is told apart.
+        short = max(said, header.frames, layout.declared, header.last) < WORD
+        fits = max(said, header.frames) <= layout.room
+        if short and fits and min(said, header.frames) > 0 and said != header.frames:
+            yield (
+                f"POINT:FRAMES is {said}, the header's {header.frames}; "
+                f"{layout.declared} frames are taken"
+            )
+        if layout.width == 4:
+            return
+        if not (scale or self.header.scale):
+            yield "no scale for integer points: taken as 1"
+        elif scale and header.scale and abs(abs(scale / header.scale) - 1) > 1e-3:
+            yield f"POINT:SCALE is {scale:g}, the header's {header.scale:g}; the first is taken"
+
+    @property
+    def scale(self) -> float:
+        """What integers are to be multiplied with."""
+        said = number(self.section.groups.get("POINT", {}).get("SCALE"))
+        return abs(said or self.header.scale) or 1.0
+
+    def read(self, first: int, count: int) -> NDArray[np.float32]:
+        """Values of frames, (frames, points, 4): as `read_frames`."""
+        return read_frames(self.path, self.base, self.layout, first, count)
+
+    def read_some(self, frames: NDArray[np.intp]) -> NDArray[np.float32]:
+        """Values of single frames, (frames, points, 4)."""
+        return np.concatenate([self.read(int(at), 1) for at in frames])
+
+    def raw(self, first: int, count: int) -> NDArray[np.uint8]:
+        """Bytes of frames, (frames, stride), analog values too; those that are not there are zeros."""
+        stride = self.layout.stride
+        at = self.base + self.layout.start + first * stride
+        found = np.fromfile(self.path, np.uint8, count * stride, offset=at)
+        return np.pad(found, (0, count * stride - len(found))).reshape(count, stride)
+
+    def values(self, found: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """Bytes as the numbers that the points are made of."""
+        kind, machine = "f4" if self.layout.width == 4 else "i2", self.layout.machine
+        with np.errstate(invalid="ignore"):
+            return numbers(found.tobytes(), kind, machine).astype(np.float64)
+
+
+def survey(path: Path) -> Survey:
+    """Look at a C3D file without any library: what it says, and where its points are.
+
+    >>> found = survey(Path("sample_data/nearly_still.c3d"))
+    >>> found.section.machine, found.layout.points, found.layout.frames, found.first_frame
+    ('INTEL', 41, 300, 1)
+
+    Raises:
+        ClipError: it is no C3D file, or has no parameters; the message does not name the file.
+        OSError: it cannot be opened.
+    """
+    with path.open("rb") as file:
+        head = file.read(section.HEAD)
+        base = section.base(head)
+        size = file.seek(0, 2) - base
+    header, parameters = section.read(head[base:])
+    first = first_frame(max(1, header.first), parameters.groups)
+    found, contradictions = layout.find(
+        size,
+        header,
+        parameters,
+        first,
+        lambda one, at, count: read_frames(path, base, one, at, count),
+    )
+    doubts = [*parameters.faults, *_missing(header, parameters.groups)]
+    if base:
+        doubts.append(f"{base} zeros stand before its header")
+    if number(parameters.groups.get("ROTATION", {}).get("USED")):
+        doubts.append("it holds rotations beside its points")
+    return Survey(
+        path, header, parameters, found, first, contradictions, tuple(doubts), base
+    )  # fmt: skip
+
+
+def read_frames(
+    path: Path, base: int, layout: Layout, first: int, count: int
+) -> NDArray[np.float32]:
+    """Values of frames, (frames, points, 4), as they are in the file, without analog ones.
+
+    Args:
+        path: the file.
+        base: where in it the header is.
+        layout: where the points are.
+        first: the first frame to read, counted from 0.
+        count: frames; those that the file has not come back as zeros.
+    """
+    values = 4 * layout.points + layout.analogs
+    form = dtype("f4" if layout.width == 4 else "i2", layout.machine)
+    at = base + layout.start + first * layout.stride
+    flat = np.fromfile(path, form, count * values, offset=at)
+    if len(flat) < count * values:
+        flat = np.concatenate([flat, np.zeros(count * values - len(flat), form)])
+    data = native(flat, layout.machine).reshape(count, values)[:, : 4 * layout.points]
+    return data.reshape(count, layout.points, 4)
+
+
+def _missing(header: Header, groups: Groups) -> Iterator[str]:
+    """Parameters without which ezc3d crashes or reads past the end of a list."""
+    if not header.analogs:
+        return
+    analog = groups.get("ANALOG", {})
+    used = unsigned(analog.get("USED"))
+    for name in ("USED", "RATE", "GEN_SCALE"):
+        if not len(analog.get(name, ())):
+            yield f"ANALOG:{name} is missing"
+    for name in ("SCALE", "OFFSET"):
+        if sum(map(len, _parts(analog, name))) < used:
+            yield f"ANALOG:{name} has fewer values than there are channels"
+    if any(not np.issubdtype(np.asarray(v).dtype, np.integer) for v in _parts(analog, "OFFSET")):
+        yield "ANALOG:OFFSET holds no integers"
+    if "LABELS" in analog and not texts(analog, "LABELS") and used:
+        yield "ANALOG:LABELS is no list of text"
+
+
+def _parts(group: dict[str, Any], name: str) -> list[Any]:
+    """A parameter's value and those of its continuations, NAME2 and so on."""
+    names = [name, *(f"{name}{i}" for i in range(2, 258))]
+    return [group[part] for part in names if part in group]

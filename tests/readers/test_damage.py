@@ -1,0 +1,142 @@
+"""Damage that no counter tells: lost bytes, tails of zeros, coordinates that cannot be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from c3d_bytes import (
+    BLOCK,
+    c3d_file,
+    is_right,
+    notes,
+    tracks,
+)
+
+from mocap_skel.errors import ClipError
+from mocap_skel.readers import read_clip
+from mocap_skel.readers.formats.c3d.survey import survey
+
+
+def test_coordinates_that_are_nowhere(path):
+    points = tracks()
+    points[5, 1], points[7:9, 2, 0] = 1e20, -3e7
+    clip = read_clip(c3d_file(path, points))
+    assert np.isnan(clip.points[..., 0]).sum() == 3
+    assert "samples farther off than 1e+07 that count as missing: 3" in notes(clip)
+    # One number for everything that was not seen.
+    points = tracks()
+    points[:50, 1] = 9.9e18
+    clip = read_clip(c3d_file(path, points))
+    assert clip.missing()[1] == pytest.approx(50 / 60)
+    points[:50, 1] *= np.linspace(1, 2, 150).reshape(50, 3)
+    with pytest.raises(ClipError, match=r"clip\.c3d: damaged: coordinates such as .*e\+19 in it"):
+        read_clip(c3d_file(path, points))
+
+
+# What a clip says of eight markers in ten frames at (0, 0, 0).
+NO_PLACE = ("samples at exactly (0, 0, 0) that count as missing: 80",)
+
+
+def spans(path, data, at, message, before):
+    """The file is refused as damaged, and --salvage reads the frames before."""
+    path.write_bytes(data)
+    with pytest.raises(ClipError, match=message) as error:
+        read_clip(path)
+    assert "--salvage reads" in error.value.hint
+    clip = read_clip(path, salvage=True)
+    assert before - 3 <= clip.frames <= before
+    np.testing.assert_allclose(clip.points * 1000, tracks(200, 8)[: clip.frames], atol=0.06)
+    assert "are read" in notes(clip)
+
+
+@pytest.mark.parametrize(("scale", "analogs"), [(-1.0, 0), (-1.0, 5), (0.1, 0), (0.1, 5)])
+@pytest.mark.parametrize("count", [4, 16, 52])
+@pytest.mark.parametrize("way", ["lost", "inserted"])
+def test_bytes_lost_or_inserted_among_the_points(path, scale, analogs, count, way):
+    data = c3d_file(path, tracks(200, 8), scale=scale, analogs=analogs).read_bytes()
+    found = survey(path)
+    at = found.layout.start + 90 * found.layout.stride + 37
+    if way == "lost":
+        data = data[:at] + data[at + count :] + bytes(count)
+    else:
+        data = data[:at] + bytes(count) + data[at:-count]
+    spans(path, data, at, r"clip\.c3d: damaged: bytes are lost or inserted at frame \d\d", 91)
+
+
+def test_points_that_jump_all_at_once_are_no_lost_bytes(path):
+    """Two takes in one, a figure that turns about at once, labels that are exchanged in pairs."""
+    points = tracks(200, 8)
+    for other in (points[100:] + 3000, -points[100:], points[100:, [1, 0, 3, 2, 5, 4, 7, 6]]):
+        joined = np.concatenate([points[:100], other])
+        assert is_right(c3d_file(path, joined), joined).notes == ()
+    rng = np.random.default_rng(4)
+    noise = rng.normal(0, 900, (200, 8, 3))
+    assert is_right(c3d_file(path, noise), noise).notes == ()
+
+
+@pytest.mark.parametrize(("scale", "zeros"), [(-1.0, 0), (0.1, 0), (-1.0, BLOCK)])
+def test_a_tail_of_zeros_is_one_of_a_file_that_is_cut_off(path, scale, zeros):
+    """Also where zeros stand before the header."""
+    data = c3d_file(path, tracks(200, 8), scale=scale).read_bytes()
+    found = survey(path)
+    at = found.layout.start + 90 * found.layout.stride + 21
+    cut = bytes(zeros) + data[:at] + bytes(len(data) - at)
+    spans(path, cut, at, "nothing but zeros from frame 92 on, as in a file", 91)
+
+
+def test_ten_blank_frames_at_the_end_are_nobodys_loss_and_eleven_are(path):
+    data = c3d_file(path, tracks(200, 8), first=1001).read_bytes()
+    layout = survey(path).layout
+    for blank in (10, 11):
+        at = layout.start + (200 - blank) * layout.stride
+        path.write_bytes(data[:at] + bytes(len(data) - at))
+        if blank == 10:
+            assert (read_clip(path).frames, read_clip(path).notes) == (200, NO_PLACE)
+    with pytest.raises(ClipError, match="nothing but zeros from frame 1190 on"):
+        read_clip(path)
+
+
+def test_the_frame_at_which_bytes_are_lost_has_the_files_own_number(path):
+    data = c3d_file(path, tracks(200, 8), first=1001).read_bytes()
+    layout = survey(path).layout
+    at = layout.start + 90 * layout.stride + 37
+    path.write_bytes(data[:at] + data[at + 16 :] + bytes(16))
+    with pytest.raises(ClipError, match=r"bytes are lost or inserted at frame 109[0-2], from"):
+        read_clip(path)
+
+
+def test_a_file_whose_way_of_saying_missing_is_zeros(path):
+    points = tracks(200, 8)
+    points[30:60, 2] = points[90:] = 0
+    c3d_file(path, points)
+    clip = read_clip(path)
+    assert clip.frames == 200
+    assert "nothing but zeros from frame 91 on: is the file cut off there?" in notes(clip)
+    # Analog channels that stop with the points tell.
+    data = c3d_file(path, points + 0.0, analogs=4).read_bytes()
+    found = survey(path)
+    frames = np.frombuffer(data, "<f4", 200 * 36, found.layout.start).reshape(200, 36).copy()
+    frames[:90, 32:] = 0.5
+    frames[90:] = 0
+    start = found.layout.start
+    path.write_bytes(data[:start] + frames.tobytes() + data[start + frames.nbytes :])
+    with pytest.raises(ClipError, match="as in a file that is cut off"):
+        read_clip(path)
+
+
+def test_noise_among_the_points_is_damage(path):
+    data = bytearray(c3d_file(path, tracks(200, 8)).read_bytes())
+    found = survey(path)
+    at = found.layout.start + 90 * found.layout.stride + 21
+    data[at : at + 600] = np.random.default_rng(5).bytes(600)
+    path.write_bytes(data)
+    with pytest.raises(
+        ClipError, match=r"damaged: coordinates such as .* frames from \d\d"
+    ) as error:
+        read_clip(path)
+    assert error.value.hint == "--salvage reads the other frames"
+    clip = read_clip(path, salvage=True)
+    assert "where every marker counts as missing" in notes(clip)
+    lost = np.isnan(clip.points).all(axis=(1, 2))
+    assert lost[90:95].all() and lost.sum() <= 11
+    np.testing.assert_allclose(clip.points[~lost] * 1000, tracks(200, 8)[~lost], atol=1e-3)
