@@ -65,3 +65,12 @@ class Clip:
     def missing(self) -> NDArray[np.float64]:
         """(markers,), the share of frames in which each marker is missing, 0 to 1."""
         return np.asarray(np.isnan(self.points[..., 0]).mean(axis=0))
+
+
+def turn_between(before: str, after: str) -> NDArray[np.float64]:
+    """The rotation (3, 3) from axes with `before` up to axes with `after` up.
+
+    >>> turn_between("z", "y") @ [1.0, 2.0, 3.0]
+    array([2., 3., 1.])
+    """
+    return np.roll(np.eye(3), AXES.index(after) - AXES.index(before), axis=0)

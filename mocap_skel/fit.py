@@ -108,7 +108,10 @@ def fit_skeleton(
         rate=clip.rate,
         up=clip.up,
         sigma=prepared.sigma,
-        segments={name: _segment_fit(one, skeleton) for name, one in walked.placed.items()},
+        segments={
+            name: _segment_fit(one, skeleton, walked.prepared)
+            for name, one in walked.placed.items()
+        },
         joints=walked.joints,
         notes=(
             *fit_notes(walked.joints, walked.calibrated, prepared, task),
@@ -329,13 +332,14 @@ def _with_a_pose(found: Placed, *said: str) -> tuple[Placed | None, tuple[str, .
     return None, words
 
 
-def _segment_fit(found: Placed, skeleton: Skeleton) -> SegmentFit:
+def _segment_fit(found: Placed, skeleton: Skeleton, prepared: Prepared) -> SegmentFit:
     """A segment as the result has it: a leaf has an end point, the mean of its end markers."""
     segment, template = found.segment, found.template
     end = None
     if segment in skeleton.leaves and segment.parent is not None:
         chosen = [template[m] for m in segment.ends if m in template]
         end = np.mean(chosen or list(template.values()), axis=0)
+    names = prepared.markers(segment.name)
     return SegmentFit(
         name=segment.name,
         pose=found.pose,
@@ -344,4 +348,5 @@ def _segment_fit(found: Placed, skeleton: Skeleton) -> SegmentFit:
         end=end,
         drawn_through=found.drawn_through,
         rigid=found.rigid,
+        points=prepared.of(segment.name)[:, [names.index(m) for m in template]],
     )

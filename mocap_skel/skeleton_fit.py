@@ -26,6 +26,8 @@ class SegmentFit:
         end: (3,) the end point of a leaf in the segment's own coordinates; None for the others.
         drawn_through: names of the three points that give its axes; empty for a segment of one marker.
         rigid: standard deviation of its markers about the template, metres, skin included.
+        points: (frames, M, 3) the markers of the template in the lab, in its order; NaN = missing or left out.
+            None for a fit that was not made from a clip.
     """
 
     name: str
@@ -35,6 +37,7 @@ class SegmentFit:
     end: Array | None
     drawn_through: tuple[str, ...] = ()
     rigid: float = 0.0
+    points: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

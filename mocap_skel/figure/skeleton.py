@@ -21,10 +21,12 @@ from mocap_skel.text import listed, nearest, read_text
 SHIPPED = Path(__file__).parent / "skeletons"
 STANDARD = "human"
 SEGMENT_KEYS = {
-    "name", "parent", "joint", "markers", "ends", "prior", "looseness", "movement", *REST_KEYS,
+    "name", "parent", "joint", "markers", "ends", "prior", "looseness", "movement", "freedom",
+    "sole", *REST_KEYS,
 }  # fmt: skip
+FREEDOMS = ("ball", "hinge")
 # What a joint takes from the one of its name in another file (`like`), key → attribute.
-TAKEN = {"prior": "priors", "looseness": "looseness", "movement": "movement"}
+TAKEN = {"prior": "priors", "looseness": "looseness", "movement": "movement", "freedom": "freedom"}
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class Segment:
             of the T-pose are along the character's axes: x to its left, y up, z forward.
         rest_joint: where in the T-pose its joint lies in a parent with several joints, from the parent's joint;
             in any unit, for only the shape counts.
+        freedom: how the joint of a rigid figure turns: "ball", or "hinge" about the axis that the clip shows.
+        sole: markers that stand on the floor when the segment does.
         rest_axis: the axis that the joint bends about, where it is a hinge, in the T-pose.
     """
 
@@ -58,6 +62,8 @@ class Segment:
     rest: Vector | None = None
     rest_joint: Vector | None = None
     rest_axis: Vector | None = None
+    freedom: str = "ball"
+    sole: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -236,12 +242,7 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
         )
     markers = names(entry.get("markers", []), places, i, "markers")
     ends = names(entry.get("ends", []), places, i, "ends")
-    for end in ends:
-        if end not in markers:
-            raise SkeletonError(
-                f"{places.of(i, 'ends', end)}: end {end!r} of {name!r} is not one of its markers",
-                nearest(end, markers),
-            )
+    _check_own(ends, markers, name, places, i, "ends")
     if parent is not None:
         is_a(parent, str, places.of(i, "parent"), "parent: a text")
         if not is_a(joint, str, places.of(i, "joint"), "joint: a text"):
@@ -253,7 +254,27 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
     )  # fmt: skip
     rest = read_rest(entry, places, i, root=parent is None)
     movement = is_a(entry.get("movement", ""), str, places.of(i, "movement"), "movement: a text")
-    return Segment(name, parent, joint, markers, ends, priors, looseness, movement, *rest)
+    freedom = entry.get("freedom", "ball")
+    if freedom not in FREEDOMS:
+        raise SkeletonError(f"{places.of(i, 'freedom')}: freedom is one of {', '.join(FREEDOMS)}, not {freedom!r}")
+    sole = names(entry.get("sole", []), places, i, "sole")
+    _check_own(sole, markers, name, places, i, "sole")
+    return Segment(
+        name, parent, joint, markers, ends, priors, looseness, movement, *rest, freedom, sole
+    )
+
+
+def _check_own(
+    chosen: tuple[str, ...], markers: tuple[str, ...], name: str, places: Places, i: int, key: str
+) -> None:
+    """Refuse a marker that is none of the segment's."""
+    for marker in chosen:
+        if marker not in markers:
+            what = "end" if key == "ends" else key
+            raise SkeletonError(
+                f"{places.of(i, key, marker)}: {what} {marker!r} of {name!r} is not one of its markers",
+                nearest(marker, markers),
+            )
 
 
 def _check_tree(segments: list[Segment], places: Places) -> None:

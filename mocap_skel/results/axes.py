@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mocap_skel.clip import AXES
+from mocap_skel.clip import turn_between
 from mocap_skel.segments.pose import Array, Pose
 from mocap_skel.skeleton_fit import SkeletonFit
 
@@ -32,20 +32,15 @@ def turned(fit: SkeletonFit, up: str | None) -> SkeletonFit:
         fit,
         up=up,
         segments={
-            name: replace(segment, pose=_turned(segment.pose, turn))
+            name: replace(
+                segment,
+                pose=_turned(segment.pose, turn),
+                points=None if segment.points is None else segment.points @ turn.T,
+            )
             for name, segment in fit.segments.items()
         },
         joints=tuple(replace(joint, track=joint.track @ turn.T) for joint in fit.joints),
     )
-
-
-def turn_between(before: str, after: str) -> Array:
-    """The rotation (3, 3) from axes with `before` up to axes with `after` up.
-
-    >>> turn_between("z", "y") @ [1.0, 2.0, 3.0]
-    array([2., 3., 1.])
-    """
-    return np.roll(np.eye(3), AXES.index(after) - AXES.index(before), axis=0)
 
 
 def _turned(pose: Pose, turn: Array) -> Pose:

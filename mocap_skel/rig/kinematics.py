@@ -7,7 +7,7 @@ stays on the joints, `forward` says where the figure's joints are.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,10 @@ class Rig:
     ends: dict[int, Array]
     position: Array
     rotation: Array
+
+    def called(self, names: tuple[str, ...]) -> Rig:
+        """The same under other names."""
+        return replace(self, names=names)
 
     def children(self, at: int) -> list[int]:
         return [i for i, parent in enumerate(self.parents) if parent == at]

@@ -10,7 +10,7 @@ from recordings import clip_of
 
 from mocap_skel.clip import AXES
 from mocap_skel.report.view import VIEWS, first_front, right_of, view_of
-from mocap_skel.results.axes import turn_between
+from mocap_skel.clip import turn_between
 
 
 @pytest.mark.parametrize("name", VIEWS)

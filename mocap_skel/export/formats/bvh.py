@@ -8,12 +8,11 @@ Readers that add both (three.js) need an OFFSET of zero, `root_at_origin`.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mocap_skel.errors import ExportError
-from mocap_skel.export.joint_names import NAMINGS, joint_names
-from mocap_skel.export.registry import Rendered, Source, Turned, option, register, vertical
+from mocap_skel.export.animated import Animated, rigs_of
+from mocap_skel.export.registry import Rendered, Source, option, register, vertical
 
 if TYPE_CHECKING:
     from mocap_skel.rig.kinematics import Rig
@@ -54,21 +53,17 @@ def scale_of(text: str) -> float:
 
 
 @dataclass(frozen=True)
-class BvhOptions(Turned):
-    """What a BVH may be told.
+class BvhOptions(Animated):
+    """What a BVH may be told, beside what every moving figure may.
 
     Attributes:
         up: the vertical axis.
-        trim: leave out the frames at both ends that would need a pose beyond a segment's last one.
         rotation_order: of the rotation channels, one of `ORDERS`.
         scale: units of the file in a metre.
-        names: how the joints are called, one of `joint_names.NAMINGS`.
-        floor: move the figure up or down so that its lowest point over the clip is at zero.
         root_at_origin: give the root the OFFSET 0 0 0.
     """
 
     up: str | None = vertical("y")
-    trim: bool = option(False, "leave out incomplete frames at both ends.")
     rotation_order: str = option("ZXY", "order of the rotation channels.", choices=ORDERS)
     scale: float = option(
         CENTIMETRES,
@@ -76,15 +71,6 @@ class BvhOptions(Turned):
         parse=scale_of,
         metavar="UNIT",
         default_text="cm",
-    )
-    names: str = option(
-        "mocap",
-        "joints named as in the skeleton file, as Mixamo's (mixamorig:LeftUpLeg), or as in the BVH files "
-        "of the CMU database (LeftUpLeg).",
-        choices=NAMINGS,
-    )
-    floor: bool = option(
-        False, "move the figure up or down so that its lowest point over the clip is at zero."
     )
     root_at_origin: bool = option(
         False,
@@ -95,31 +81,21 @@ class BvhOptions(Turned):
 
 @register("bvh", suffixes=(".bvh",), options=BvhOptions, makes="walk.bvh", lacks=LACKS)
 def write(fit: SkeletonFit, options: BvhOptions, source: Source) -> Rendered:
-    """The fit as BVH text, one node a fitted joint; with all channels zero it stands in a T-pose.
+    """The fit as BVH text, one node a joint; with all channels zero it stands in a T-pose.
 
-    The notes list joints left out and frames that were filled.
+    The notes say what was done to the motion, and what is not in the file.
 
     Raises:
-        ExportError: a segment has no pose over too long a time.
+        ExportError: there are no two frames in a row in which the figure is known.
     """
-    from mocap_skel.results.axes import turned
-    from mocap_skel.rig.rigging import rig_of
-
     del source
-    fit = turned(fit, options.up)
-    try:
-        rig, segments, notes = rig_of(fit, trim=options.trim, floor=options.floor)
-    except ExportError as error:
-        raise ExportError(f"{error.message}; {LACKS}", error.hint) from error
-    names, more = joint_names(segments, options.names)
-    text = bvh_text(
-        replace(rig, names=names),
-        fit.rate,
-        options.rotation_order,
-        options.scale,
-        options.root_at_origin,
-    )
-    return Rendered({".bvh": text}, tuple(f"BVH: {note}" for note in (*notes, *more)))
+    rigs, notes = rigs_of(fit, options, options.up or fit.up)
+    order, scale = options.rotation_order, options.scale
+    files: dict[str, str | bytes] = {
+        f"{part}.bvh": bvh_text(rig, fit.rate, order, scale, options.root_at_origin)
+        for part, rig in rigs.items()
+    }
+    return Rendered(files, tuple(f"BVH: {note}" for note in notes))
 
 
 def bvh_text(

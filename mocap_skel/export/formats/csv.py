@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mocap_skel.export.registry import Rendered, Source, Turned, register
+from mocap_skel.export.animated import Tracks
+from mocap_skel.export.registry import Rendered, Source, register
 
 if TYPE_CHECKING:
     from mocap_skel.skeleton_fit import SkeletonFit
@@ -13,11 +14,11 @@ if TYPE_CHECKING:
 @register(
     "csv",
     suffixes=(".skeleton.csv", ".joints.csv"),
-    options=Turned,
+    options=Tracks,
     makes="walk.skeleton.csv (the joints in every frame) and walk.joints.csv (each joint with its evidence)",
     lacks="a CSV has points only, not how the segments turn; it does not say its unit, which is the metre",
 )
-def write(fit: SkeletonFit, options: Turned, source: Source) -> Rendered:
+def write(fit: SkeletonFit, options: Tracks, source: Source) -> Rendered:
     """Both tables of a fit."""
     from mocap_skel.export.tables_csv import joints_csv, skeleton_csv
     from mocap_skel.results.axes import turned

@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING, Any
 
-from mocap_skel.export.registry import Rendered, Source, Turned, register
+from mocap_skel.export.animated import Tracks
+from mocap_skel.export.registry import Rendered, Source, register
 from mocap_skel.extras import extra
 from mocap_skel.version import __version__
 
@@ -19,12 +20,12 @@ _REPEATED = ("clip", "subject", "point", "kind")
 @register(
     "parquet",
     suffixes=(".skeleton.parquet", ".joints.parquet"),
-    options=Turned,
+    options=Tracks,
     makes="walk.skeleton.parquet and walk.joints.parquet, the tables of csv in long form",
     lacks="a Parquet table has points only, not how the segments turn",
     needs=("pyarrow.parquet", "parquet"),
 )
-def write(fit: SkeletonFit, options: Turned, source: Source) -> Rendered:
+def write(fit: SkeletonFit, options: Tracks, source: Source) -> Rendered:
     """Both tables of a fit.
 
     Raises:

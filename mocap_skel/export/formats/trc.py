@@ -49,7 +49,7 @@ def write(fit: SkeletonFit, options: TrcOptions, source: Source) -> Rendered:
     import numpy as np
 
     from mocap_skel.clip import AXES
-    from mocap_skel.results.axes import turn_between
+    from mocap_skel.clip import turn_between
 
     tracks = {_one_word(title): track for title, track in fit.tracks()}
     changed = _add_markers(tracks, source.clip, fit.subject) if options.markers else []
