@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint types bench validate golden docs samples page blender clean
+.PHONY: help demo test fuzz lint types bench validate golden docs samples page blender three clean
 
 help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
@@ -59,11 +59,15 @@ samples: $(STAMP) ## Make sample_data again from its generator
 # Blender's own numpy decides the versions of the rest, so it has an environment of its own; bpy 4.5 is for Python 3.11.
 .venv-blender/installed: pyproject.toml
 	python3.11 -m venv .venv-blender
-	.venv-blender/bin/python -m pip install --quiet --disable-pip-version-check --editable . 'bpy==4.5.*'
+	.venv-blender/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[gltf]' 'bpy==4.5.*'
 	@touch $@
 
-blender: .venv-blender/installed ## Opt-in (0.4 GB): Blender puts every joint where the model does
+blender: .venv-blender/installed ## Opt-in (0.4 GB): Blender puts every joint where the model does, FBX and USD too
 	.venv-blender/bin/python tests/blender_check.py $(FILES)
+
+three: $(STAMP) ## Opt-in (node, npm, Chromium): three.js puts every joint of a GLB where the model does
+	cd web && npm ci --ignore-scripts --no-audit --no-fund
+	$(BIN)/python tests/three_check.py $(FILES)
 
 page: ## Bundle the report page's viewer again (needs node and npm)
 	cd web && npm ci --ignore-scripts --no-audit --no-fund && npm run build

@@ -151,9 +151,7 @@ class Animated(Options):
         return Choice(limits, self.smooth, self.feet == "lock", not self.asymmetric)
 
 
-def rigs_of(
-    fit: SkeletonFit, options: Animated, up: str
-) -> tuple[dict[str, Rig], tuple[str, ...]]:
+def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig], tuple[str, ...]]:
     """The rigs of a fit, one a stretch of frames, and notes.
 
     Args:
@@ -210,17 +208,16 @@ def _absences(fit: SkeletonFit, animation: Animation) -> list[str]:
 
 def _left_out(animation: Animation, chosen: list[tuple[int, int]]) -> list[str]:
     """Frames that are in no file, and what is missing in them."""
+    import numpy as np
+
     from mocap_skel.rig.animation import spans
     from mocap_skel.rig.bridging import runs
     from mocap_skel.text import listed
 
-    missing = animation.motion.absent.any(axis=0)
-    for start, stop in chosen:
-        missing[start:stop] = False
-    outside = ~missing
+    outside = np.ones(animation.motion.poses.frames, dtype=bool)
     for start, stop in chosen:
         outside[start:stop] = False
-    frames = runs(missing | outside)
+    frames = runs(outside)
     if not frames:
         return []
     names = [

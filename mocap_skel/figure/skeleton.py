@@ -256,7 +256,9 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
     movement = is_a(entry.get("movement", ""), str, places.of(i, "movement"), "movement: a text")
     freedom = entry.get("freedom", "ball")
     if freedom not in FREEDOMS:
-        raise SkeletonError(f"{places.of(i, 'freedom')}: freedom is one of {', '.join(FREEDOMS)}, not {freedom!r}")
+        raise SkeletonError(
+            f"{places.of(i, 'freedom')}: freedom is one of {', '.join(FREEDOMS)}, not {freedom!r}"
+        )
     sole = names(entry.get("sole", []), places, i, "sole")
     _check_own(sole, markers, name, places, i, "sole")
     return Segment(

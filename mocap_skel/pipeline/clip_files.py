@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mocap_skel.errors import CallError, ClipError, FitError
+from mocap_skel.errors import CallError, ClipError, ExportError, MocapSkelError
 from mocap_skel.export.files import write_all
 from mocap_skel.export.registry import Source
 from mocap_skel.export.result_files import stem_of
@@ -31,13 +31,13 @@ class Done:
         fits: one a subject.
         files: result files with their contents.
         notes: what there is to say about it, one sentence each.
-        failed: why other subjects of the clip could not be fitted.
+        failed: why other subjects could not be fitted, or formats not written.
     """
 
     fits: tuple[SkeletonFit, ...]
     files: dict[Path, str | bytes]
     notes: tuple[str, ...]
-    failed: tuple[FitError, ...]
+    failed: tuple[MocapSkelError, ...]
 
 
 def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
@@ -106,28 +106,35 @@ def _size(path: Path) -> int:
 
 
 def render(path: Path, job: Job) -> Done:
-    """All of `process` but writing.
+    """All of `process` but writing. A format that cannot hold the clip does not keep the others from it.
 
     Raises:
-        MocapSkelError: the clip cannot be read or fitted, or a format cannot hold it.
+        MocapSkelError: the clip cannot be read or fitted, or none of the formats can hold it.
     """
     folder = job.folder or Path()
     found = fit_file(path, job)
     notes = list(found.notes)
     files: dict[Path, str | bytes] = {}
+    failed: list[MocapSkelError] = [*found.failed]
     for assignment, fit in found.subjects:
         stem = stem_of(path, found.clip, fit)
         decided = (*found.decided, *assignment.mismatches(found.association))
         source = Source(found.clip, path, assignment, decided, job.command)
         for chosen in job.formats:
-            rendered = chosen.render(fit, source)
+            try:
+                rendered = chosen.render(fit, source)
+            except (ExportError, ClipError) as error:
+                failed.append(error)
+                continue
             notes += [named(fit.subject, note) for note in rendered.notes]
             for suffix, content in rendered.files.items():
                 target = folder / f"{stem}{suffix}"
                 _check_free(path, target, files)
                 files[target] = content
     fits = tuple(fit for _, fit in found.subjects)
-    return Done(fits, files, tuple(dict.fromkeys(notes)), found.failed)
+    if failed and not files:
+        raise failed[0]
+    return Done(fits, files, tuple(dict.fromkeys(notes)), tuple(failed))
 
 
 def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:

@@ -15,7 +15,7 @@ from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
 from mocap_skel.report.ellipsoid import ellipsoid
 from mocap_skel.report.view import first_front
-from mocap_skel.rig.gaps import runs
+from mocap_skel.rig.bridging import runs
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from mocap_skel.clip import turn_between
 from mocap_skel.segments.pose import Array, Pose
 from mocap_skel.skeleton_fit import SkeletonFit

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mocap_skel.clip import AXES
 from mocap_skel.rig.bridging import runs
@@ -65,16 +66,16 @@ class Animation:
     cutoff: float | None
     rate: float
     up: str
-    frame_numbers: Array
+    frame_numbers: NDArray[np.int64]
 
     @property
     def vertical(self) -> Array:
         """(3,): the clip's vertical."""
-        return np.eye(3)[AXES.index(self.up)]
+        return np.asarray(np.eye(3)[AXES.index(self.up)])
 
 
 @lru_cache(maxsize=KEPT)
-def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:  # noqa: B008
+def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
     """The rigid figure of a fit through its clip.
 
     Args:
@@ -118,7 +119,14 @@ def _rested(model: Model, vertical: Array) -> tuple[list[Array], list[str]]:
     turns = model.start.turn.transpose(2, 3, 0, 1)
     zero = np.zeros(3)
     bones = [
-        Bone(segment, model.bones.parents[i], zero, model.bones.offsets[i], model.ends.get(i), turns[i])
+        Bone(
+            segment,
+            model.bones.parents[i],
+            zero,
+            model.bones.offsets[i],
+            model.ends.get(i),
+            turns[i],
+        )
         for i, segment in enumerate(model.segments)
     ]
     return rest_pose(bones, vertical)

@@ -45,7 +45,7 @@ def cross(u: Array, v: Array) -> Array:
 
 
 def times_skew(a: Array, v: Array) -> Array:
-    """a [v]x: matrices times the matrices of the vector product by v."""
+    """A [v]x: matrices times the matrices of the vector product by v."""
     return -transposed(cross(v, transposed(a)))
 
 
@@ -65,7 +65,9 @@ def inverse(a: Array) -> Array:
     c11 = a[0, 0] * a[2, 2] - a[0, 2] ** 2
     c12 = a[0, 1] * a[0, 2] - a[0, 0] * a[1, 2]
     c22 = a[0, 0] * a[1, 1] - a[0, 1] ** 2
-    out = np.stack([np.stack([c00, c01, c02]), np.stack([c01, c11, c12]), np.stack([c02, c12, c22])])
+    out = np.stack(
+        [np.stack([c00, c01, c02]), np.stack([c01, c11, c12]), np.stack([c02, c12, c22])]
+    )
     out /= a[0, 0] * c00 + a[0, 1] * c01 + a[0, 2] * c02
     return out
 
@@ -111,9 +113,7 @@ def rotation(vector: Array) -> Array:
 
 def rotation_vector(turn: Array) -> Array:
     """Rotation vectors (3, ...) of rotations, radians; of half a turn the axis is not found."""
-    twist = np.stack(
-        [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
-    )
+    twist = np.stack([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
     sine = 0.5 * np.sqrt((twist * twist).sum(axis=0))
     angle = np.arctan2(sine, 0.5 * (turn[0, 0] + turn[1, 1] + turn[2, 2] - 1.0))
     return np.asarray(twist * (0.5 * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-12), 1.0)))

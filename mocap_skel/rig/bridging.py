@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.rig.blocks import angle_between, multiply, orthonormal, rotation, rotation_vector, transposed
+from mocap_skel.rig.blocks import (
+    angle_between,
+    multiply,
+    orthonormal,
+    rotation,
+    rotation_vector,
+    transposed,
+)
 from mocap_skel.segments.pose import Array
 
 # Frames on each side of a gap that tell how fast the turn was.
@@ -68,7 +75,7 @@ def _cubic(turn: Array, known: NDArray[np.bool_], start: int, stop: int, rate: f
         + np.outer(arriving, t**3 - t**2)
         + np.outer(whole, 3 * t**2 - 2 * t**3)
     )
-    return np.einsum("ij,jkf->ikf", before, rotation(vector))
+    return np.asarray(np.einsum("ij,jkf->ikf", before, rotation(vector)))
 
 
 def _speed(axes: Array, turn: Array) -> Array:
@@ -126,5 +133,3 @@ def eased(turn: Array, limit: float) -> tuple[Array, NDArray[np.bool_]]:
             break
         fast = slower
     return out, changed
-
-

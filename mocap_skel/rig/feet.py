@@ -83,19 +83,19 @@ def find_feet(model: Model, poses: Poses, up: Array, rate: float) -> Feet:
             slow = speed(track, rate) < SLOW
             if slow.sum() < STAND * rate:
                 continue
-            lowest = float(np.quantile(height[slow], LOWEST))
-            stands = _steady(slow & (height < lowest + LOW), rate)
+            low = float(np.quantile(height[slow], LOWEST))
+            stands = _steady(slow & (height < low + LOW), rate)
             if stands.any():
                 found.append((s, marker, place, stands, float(np.median(height[stands]))))
-    heights = [height for *_, height in found]
+    heights = [above for *_, above in found]
     lowest = min(heights, default=0.0)
     # Laboratories put the floor at zero; a figure that never comes near stands on something else.
-    at_zero = 0.0 <= lowest and max(heights, default=0.0) <= HIGHEST_MARKER
+    at_zero = lowest >= 0.0 and max(heights, default=0.0) <= HIGHEST_MARKER
     floor = 0.0 if at_zero else lowest - UNDER_MARKER
     soles = []
-    for s, marker, place, stands, height in found:
+    for s, marker, place, stands, above in found:
         down = apply(transposed(poses.turn[:, :, s][..., stands]), -up).mean(axis=1)
-        under = place + (height - floor) * down / np.linalg.norm(down)
+        under = place + (above - floor) * down / np.linalg.norm(down)
         soles.append(Sole(s, marker, place, under, tuple(runs(stands))))
     return Feet(floor, tuple(soles))
 
@@ -116,7 +116,7 @@ def _steady(flags: NDArray[np.bool_], rate: float) -> NDArray[np.bool_]:
     """Flags without short breaks and without short stands."""
     out = flags.copy()
     for start, stop in runs(~out):
-        if 0 < start and stop < len(out) and stop - start < BREAK * rate:
+        if start > 0 and stop < len(out) and stop - start < BREAK * rate:
             out[start:stop] = True
     for start, stop in runs(out):
         if stop - start < STAND * rate:

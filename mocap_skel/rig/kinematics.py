@@ -1,8 +1,6 @@
 """A figure of rigid bones: joints at constant offsets, turned frame by frame, and where that puts them.
 
-The fitted joints of a clip move a little against each other: a centre is constant in its parent's frame,
-and wanders in its child's. A figure of bones cannot do that. `follow` turns each bone so that the figure
-stays on the joints, `forward` says where the figure's joints are.
+`forward` says where the figure's joints are, `rest_places` where they are in the rest pose.
 """
 
 from __future__ import annotations
@@ -11,11 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mocap_skel.segments.pose import Array, nearest_rotation
+from mocap_skel.segments.pose import Array
 
-# Metres. How firmly a bone keeps the turn that its markers show: a bone much longer than this points at the
-# next joint, a shorter one would be turned by millimetres and stays with its markers.
-FIRMNESS = 0.05
 # 1 + cos of the angle between two directions: nearer to opposite there is no shortest turn.
 OPPOSITE = 1e-6
 
@@ -69,28 +64,6 @@ def rest_places(rig: Rig) -> tuple[Array, dict[int, Array]]:
     for offset, parent in zip(rig.offsets, rig.parents, strict=True):
         places.append(offset if parent < 0 else places[parent] + offset)
     return np.stack(places), {i: places[i] + end for i, end in rig.ends.items()}
-
-
-def follow(rotation: Array, offsets: Array, targets: Array) -> Array:
-    """A bone's rotations, turned so that the points fixed in it come near to where they should be.
-
-    With several points it is the rotation that minimises Σ |t - R o|² + FIRMNESS² |R - R₀|². With one it is
-    the shortest turn of R₀ that takes the bone's direction to that of t + (FIRMNESS / |o|)² R₀ o: of all
-    rotations without a twist about the bone, the one that minimises |t - R o|² + FIRMNESS² |R - R₀|² / 2.
-
-    Args:
-        rotation: (frames, 3, 3) what the markers show.
-        offsets: (k, 3) points in the bone's own axes, from its joint.
-        targets: (k, frames, 3) where they should be, from the joint in the lab.
-    """
-    if len(offsets) == 1:
-        length = float(offsets[0] @ offsets[0])
-        if length == 0.0:
-            return rotation
-        now = rotation @ offsets[0]
-        return shortest_turn(now, targets[0] + FIRMNESS**2 / length * now) @ rotation
-    wanted = FIRMNESS**2 * rotation + np.einsum("kfi,kj->fij", targets, offsets)
-    return nearest_rotation(wanted)
 
 
 def shortest_turn(start: Array, goal: Array) -> Array:

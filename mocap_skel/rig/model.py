@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mocap_skel.figure.skeleton import Segment
 from mocap_skel.rig.blocks import multiply, transposed
@@ -79,9 +80,9 @@ class Model:
         return self.bones.places[segment][names.index(marker)] if marker in names else None
 
     @property
-    def missing(self) -> Array:
+    def missing(self) -> NDArray[np.bool_]:
         """(S, F): where the closed-form fit has no pose."""
-        return np.isnan(self.start.turn[0, 0])
+        return np.asarray(np.isnan(self.start.turn[0, 0]))
 
 
 def model_of(fit: SkeletonFit) -> Model:
@@ -118,7 +119,10 @@ def model_of(fit: SkeletonFit) -> Model:
         if len(place) == 1 and parents[i] >= 0
     }
     ends = {i: _end(fit, fits[i]) for i in range(len(fits)) if i not in parents}
-    names, points = tuple(tuple(own.template) for own in fits), tuple(own.points for own in fits)
+    names, points = (
+        tuple(tuple(own.template) for own in fits),
+        tuple(_points(own, len(fit.frame_numbers)) for own in fits),
+    )
     return Model(segments, bones, tuple(hinges), names, points, start, loose, ends)
 
 
@@ -137,6 +141,10 @@ def _end(fit: SkeletonFit, own: SegmentFit) -> Array:
     else:
         end = np.mean(list(own.template.values()), axis=0)
     return np.asarray(end - joint_of(own))
+
+
+def _points(own: SegmentFit, frames: int) -> Array:
+    return np.full((frames, len(own.template), 3), np.nan) if own.points is None else own.points
 
 
 def _breadth_first(fit: SkeletonFit) -> tuple[Segment, ...]:

@@ -86,7 +86,7 @@ class RigidMotion:
     @property
     def stretches(self) -> list[tuple[int, int]]:
         """(start, stop) of the frames in which every segment is known, the longest first."""
-        found = runs(~self.absent.any(axis=0))
+        found = runs(np.asarray(~self.absent.any(axis=0)))
         return sorted(found, key=lambda one: (one[0] - one[1], one[0]))
 
 
@@ -110,7 +110,7 @@ def rigid_motion(model: Model, rate: float, limits: Limits | None = None) -> Rig
 
 def _moved(model: Model, rate: float, limits: Limits) -> RigidMotion:
     missing = model.missing
-    gap = missing.any(axis=0)
+    gap = np.asarray(missing.any(axis=0))
     start = _started(model, rate)
     model = _replaced(model, start, gap)
     bones = model.bones
@@ -163,7 +163,10 @@ def _replaced(model: Model, start: Poses, gap: NDArray[np.bool_]) -> Model:
         away = own.transpose(1, 2, 0) - joints[None, :, s]
         inside = np.einsum("jif,mjf->mif", poses.turn[:, :, s], away)
         seen = np.isfinite(inside[:, 0])
-        mean = np.where(seen[:, None], inside, 0.0).sum(axis=2) / np.maximum(seen.sum(axis=1), 1)[:, None]
+        mean = (
+            np.where(seen[:, None], inside, 0.0).sum(axis=2)
+            / np.maximum(seen.sum(axis=1), 1)[:, None]
+        )
         places.append(np.where(seen.any(axis=1)[:, None], mean, place))
     return replace(model, bones=replace(model.bones, places=tuple(places)))
 
@@ -247,7 +250,7 @@ def _judged(
             spans.append((s, a, b, "markers"))
         for a, b in runs(lost & ~told[s]):
             end = a == 0 or b == len(lost)
-            if b - a <= (limits.hold if end else limits.gap) * rate and not (b - a == len(lost)):
+            if b - a <= (limits.hold if end else limits.gap) * rate and b - a != len(lost):
                 spans.append((s, a, b, "hold" if end else "motion"))
             else:
                 absent[s, a:b] = True
@@ -295,9 +298,7 @@ def _slowed(
         return poses, repaired
     turn = np.empty_like(poses.turn)
     for s, parent in enumerate(bones.parents):
-        turn[:, :, s] = (
-            locals_[s] if parent < 0 else multiply(turn[:, :, parent], locals_[s])
-        )
+        turn[:, :, s] = locals_[s] if parent < 0 else multiply(turn[:, :, parent], locals_[s])
     return Poses(turn, poses.root), repaired
 
 
@@ -336,7 +337,7 @@ def _worth_leaving_out(model: Model, absent: NDArray[np.bool_]) -> frozenset[str
 
     def worth(gone: set[int]) -> int:
         kept = [s for s in range(len(parents)) if s not in gone]
-        longest = max((b - a for a, b in runs(~absent[kept].any(axis=0))), default=0)
+        longest = max((b - a for a, b in runs(np.asarray(~absent[kept].any(axis=0)))), default=0)
         return longest * len(kept)
 
     best = max((below[s] for s in range(1, len(parents))), key=worth, default=set())

@@ -69,7 +69,8 @@ def rig_of(
     names = tuple(s.joint or s.name for s in segments)
     rig = Rig(names, parents, offsets, ends, poses.root[:, frames].T @ lab.T, rotation)
     offsets[0] = -_lowest(rest_places(rig), upward) * upward
-    lowest, notes = _lowest(forward(rig), upward), ()
+    lowest = _lowest(forward(rig), upward)
+    notes: tuple[str, ...] = ()
     if floor:
         rig = Rig(names, parents, offsets, ends, rig.position - lowest * upward, rotation)
     elif abs(lowest) > FLOOR:

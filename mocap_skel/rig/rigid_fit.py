@@ -36,7 +36,11 @@ def rigid_fit(fit: SkeletonFit, motion: RigidMotion) -> SkeletonFit:
         track = tracks.get(joint.child)
         if track is None:
             above = segments.get(joint.parent)
-            track = np.full_like(joint.track, np.nan) if above is None else above.pose.to_lab(joint.centre)
+            track = (
+                np.full_like(joint.track, np.nan)
+                if above is None
+                else above.pose.to_lab(joint.centre)
+            )
         joints.append(replace(joint, track=track))
     ordered = {name: segments[name] for name in fit.segments if name in segments}
     return replace(fit, segments=ordered, joints=tuple(joints))

@@ -161,7 +161,7 @@ class Poses:
 
     @property
     def frames(self) -> int:
-        return self.turn.shape[3]
+        return int(self.turn.shape[3])
 
     def at(self, frames: NDArray[np.intp]) -> Poses:
         return Poses(
@@ -194,7 +194,9 @@ def marker_sums(bones: Bones, points: Sequence[Array], origin: Array) -> Sums:
     count, frames = len(bones.parents), len(origin)
     n, a, x = np.zeros((count, frames)), np.zeros((3, count, frames)), np.zeros((3, count, frames))
     b, q = np.zeros((3, 3, count, frames)), np.zeros((3, 3, count, frames))
-    for s, (place, weight, seen) in enumerate(zip(bones.places, bones.weights, points, strict=True)):
+    for s, (place, weight, seen) in enumerate(
+        zip(bones.places, bones.weights, points, strict=True)
+    ):
         if not len(place):
             continue
         moved = (seen - origin[:, None]).transpose(2, 1, 0)

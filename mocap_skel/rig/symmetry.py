@@ -49,6 +49,8 @@ def even_points(points: Mapping[str, Array]) -> dict[str, Array]:
     if not any(other_side(name) in points for name in points if other_side(name) != name):
         return dict(points)
     return {
-        name: 0.5 * (point + MIRROR * points[other]) if (other := other_side(name)) in points else point
+        name: 0.5 * (point + MIRROR * points[other])
+        if (other := other_side(name)) in points
+        else point
         for name, point in points.items()
     }

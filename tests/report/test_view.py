@@ -8,9 +8,8 @@ from actors import actor, actor_of, film
 from handmade import fit_of, joint
 from recordings import clip_of
 
-from mocap_skel.clip import AXES
+from mocap_skel.clip import AXES, turn_between
 from mocap_skel.report.view import VIEWS, first_front, right_of, view_of
-from mocap_skel.clip import turn_between
 
 
 @pytest.mark.parametrize("name", VIEWS)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation, Slerp
-
 from mocap_skel.rig.gaps import fill_positions, fill_rotations, runs
+from scipy.spatial.transform import Rotation, Slerp
 
 LAWS = settings(derandomize=True, deadline=None, max_examples=40, database=None)
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mocap_skel.export.registry import Rendered, Source, Turned, option, register
+from mocap_skel.export.animated import Tracks
+from mocap_skel.export.registry import Rendered, Source, option, register
 
 if TYPE_CHECKING:
     from mocap_skel.skeleton_fit import SkeletonFit
 
 
 @dataclass(frozen=True)
-class C3dOptions(Turned):
+class C3dOptions(Tracks):
     """What a C3D may be told.
 
     Attributes:
@@ -33,7 +34,8 @@ def write(fit: SkeletonFit, options: C3dOptions, source: Source) -> Rendered:
     """The copy, read again before it is given away."""
     from mocap_skel.export.c3d_copy import c3d_copy
 
+    fit, made = options.fit_of(fit)
     content, notes = c3d_copy(fit, source.clip, source.path, axes=options.axes)
     if options.up not in (None, fit.up):
         notes = (f"C3D: a copy keeps the file's axes, {fit.up} up", *notes)
-    return Rendered({".skeleton.c3d": content}, notes)
+    return Rendered({".skeleton.c3d": content}, (*notes, *(f"C3D: {note}" for note in made)))

@@ -24,5 +24,9 @@ def write(fit: SkeletonFit, options: Tracks, source: Source) -> Rendered:
     from mocap_skel.results.axes import turned
 
     del source
+    fit, notes = options.fit_of(fit)
     fit = turned(fit, options.up)
-    return Rendered({".skeleton.csv": skeleton_csv(fit), ".joints.csv": joints_csv(fit)})
+    return Rendered(
+        {".skeleton.csv": skeleton_csv(fit), ".joints.csv": joints_csv(fit)},
+        tuple(f"CSV: {note}" for note in notes),
+    )

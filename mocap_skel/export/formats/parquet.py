@@ -34,9 +34,11 @@ def write(fit: SkeletonFit, options: Tracks, source: Source) -> Rendered:
     from mocap_skel.results.axes import turned
 
     del source
+    fit, notes = options.fit_of(fit)
     fit = turned(fit, options.up)
     return Rendered(
-        {".skeleton.parquet": skeleton_parquet(fit), ".joints.parquet": joints_parquet(fit)}
+        {".skeleton.parquet": skeleton_parquet(fit), ".joints.parquet": joints_parquet(fit)},
+        tuple(f"Parquet: {note}" for note in notes),
     )
 
 

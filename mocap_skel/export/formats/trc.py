@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mocap_skel.export.registry import Rendered, Source, Turned, option, register, vertical
+from mocap_skel.export.animated import Tracks
+from mocap_skel.export.registry import Rendered, Source, option, register, vertical
 from mocap_skel.text import listed
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ SUFFIX = ".skeleton.trc"
 
 
 @dataclass(frozen=True)
-class TrcOptions(Turned):
+class TrcOptions(Tracks):
     """What a TRC may be told.
 
     Attributes:
@@ -48,9 +49,9 @@ def write(fit: SkeletonFit, options: TrcOptions, source: Source) -> Rendered:
     """
     import numpy as np
 
-    from mocap_skel.clip import AXES
-    from mocap_skel.clip import turn_between
+    from mocap_skel.clip import AXES, turn_between
 
+    fit, made = options.fit_of(fit)
     tracks = {_one_word(title): track for title, track in fit.tracks()}
     changed = _add_markers(tracks, source.clip, fit.subject) if options.markers else []
     up = options.up or fit.up
@@ -58,6 +59,7 @@ def write(fit: SkeletonFit, options: TrcOptions, source: Source) -> Rendered:
     values = np.hstack([track @ turn.T for track in tracks.values()])
     axes = ", ".join(AXES[int(row.argmax())] for row in turn)
     notes = [f"TRC: {up} up, its x, y, z are the clip's {axes}"] if up != fit.up else []
+    notes += [f"TRC: {note}" for note in made]
     if changed:
         notes.append(f"TRC: markers whose name a joint has get a number: {listed(changed)}")
     name = f"{Path(fit.clip).stem}{SUFFIX}"
