@@ -101,7 +101,7 @@ def placed_child(
     if found is not None:
         frame = Frame(found.shape)
         if joint.shown == "no":
-            doubt = f"the frame of {segment.name} rests on {joint.joint}, which is not known"
+            doubt = f"the frame of {segment.name} rests on {joint.joint}, which the movement does not show"
             frame = replace(frame, limit="weak", doubt=doubt)
         return Placed(segment, markers, found, frame), ""
     return _placed_by_one(segment, joint, link, parent, prepared, task)

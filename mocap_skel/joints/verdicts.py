@@ -41,14 +41,14 @@ def by_movement(rank: int, weakest: float, residual: float, over_noise: float) -
     >>> by_movement(rank=3, weakest=0.05, residual=0.002, over_noise=40.0)
     Verdict(shown='yes', reason='')
     >>> by_movement(rank=2, weakest=0.0, residual=0.002, over_noise=1.0).reason
-    'turns about one axis only: not known along it'
+    'turns about one axis only: not shown along it'
     """
     if rank == 0:
         return Verdict("no", "hardly moves")
     if rank == 1:
         return Verdict("no", "moves along one line only")
     if rank == 2:
-        return Verdict("no", "turns about one axis only: not known along it")
+        return Verdict("no", "turns about one axis only: not shown along it")
     if weakest < LEAST_SPREAD:
         return Verdict(
             "no", f"moves only {1e3 * weakest:.1f} mm in one direction: skin alone does that"

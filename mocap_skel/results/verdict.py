@@ -98,11 +98,10 @@ def _sides(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     found = {
         sideless(row["joint"]): row["side_difference"]
         for row in rows
-        # Of two sides the longer one has the positive difference.
-        if row["side_difference"] is not None and row["side_difference"] > ASYMMETRY
+        if row["side_difference"] is not None and abs(row["side_difference"]) > ASYMMETRY
     }
     if found:
-        bones = listed([f"{_words(name)} {100 * d:.0f} %" for name, d in found.items()], 12)
+        bones = listed([f"{_words(name)} {100 * abs(d):.0f} %" for name, d in found.items()], 12)
         yield f"Bones whose two sides differ in length, measured up to the joint: {bones}."
 
 

@@ -87,7 +87,6 @@ class TestBeforeAnyWork:
             (["draw", "x.c3d", "-a", "cmu", "--plot", "bones", "--frame", "4"], "--frame is for"),
             (["assoc", "check", "x.c3d"], "--assoc is missing"),
             (["calibrate", "x.c3d"], "--assoc is missing"),
-            (["calibrate", "x.c3d", "-a", "cmu", "-o", "x.c3d", "--overwrite"], "is an input"),
             (["calibrate", "x.c3d", "-a", "cmu", "--method", "lls"], "needs every sample"),
             (["fit", "x.c3d", "-a", "cmu", "--sigma", "100mm"], "is no length here"),
             (["fit", "x.c3d", "-a", "cmu", "--sigma", "1mm", "--noise", "matrix"], "sigma"),

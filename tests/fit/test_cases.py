@@ -28,7 +28,7 @@ from fitted import (
 from recordings import SAMPLES, constant_error, fit_clip, fit_recording
 
 from mocap_skel import read_clip
-from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
+from mocap_skel.artificial import Faults, circumduct, human, marker_set, range_of_motion, record
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +73,9 @@ class TestCases:
         fit = fit_recording(recording, arm)
         shoulder, elbow, _ = fit.joints
         assert (shoulder.shown, shoulder.method, shoulder.hinge) == ("no", "SGDK", True)
+        # The segment's own joint is where the fit has it, but for noise in each frame.
+        upper = fit.segments["Upper"]
+        np.testing.assert_allclose(upper.pose.to_lab(upper.joint), shoulder.track, atol=0.002)
         axis = np.einsum("fij,j->fi", fit.segments["Trunk"].pose.rotation, shoulder.axis)
         true = recording.poses["Trunk"].rotation[:, :, 1]
         cosine = np.abs(np.einsum("fi,fi->f", axis, true))
@@ -85,6 +88,21 @@ class TestCases:
         # The frame's x axis is 0.1 m long, the elbow 0.3 m away: 3 σ of noise in each frame, less
         # in the constant; the fit's own error bar comes on top.
         assert error <= 3 * 0.0003 + 3 * np.sqrt(np.trace(elbow.covariance))
+
+    def test_of_two_markers_in_line_with_the_joint_the_one_seen_most_counts(self, tmp_path):
+        """They and the joint are no three points."""
+        line = {**ARM_MARKERS, "U1": ("Upper", (0.02, 0, -0.10)), "U2": ("Upper", (0.04, 0, -0.20))}
+        del line["U3"]
+        ranges = {"Trunk": ((-20, 20),) * 3, "Upper": BALL, "Fore": BALL, "Hand": BALL}
+        recording = record(
+            ARM, line, circumduct(ranges, 8, 50, seed=3), Faults(sigma=0.0003), seed=3
+        )
+        part = np.arange(400) % 3 > 0
+        for rare, often in (("U1", "U2"), ("U2", "U1")):
+            seen_less = without_markers(recording, rare, frames=part)
+            fit = fit_recording(seen_less, association(ARM, line, tmp_path))
+            assert list(fit.segments["Upper"].template) == [often]
+            assert fit.segments["Upper"].pose.known.all()
 
     def test_drop_outs_that_leave_two_markers_change_nothing_without_noise(self, arm):
         gone = slice(100, 150)

@@ -143,7 +143,9 @@ class TestBelowAnUnknownJoint:
         shoulder, elbow, wrist = fits["hinge"].joints
         assert shoulder.shown == "no"
         assert elbow.shown == "weak"
-        assert elbow.reason == "the frame of Upper rests on Shoulder, which is not known"
+        assert (
+            elbow.reason == "the frame of Upper rests on Shoulder, which the movement does not show"
+        )
         # The forearm has three markers of its own.
         assert (wrist.shown, wrist.reason) == ("yes", "")
 

@@ -232,6 +232,21 @@ class TestPooling:
         assert hip.residual == pytest.approx(alone.residual, rel=0.1)
         assert np.linalg.norm(constant_error(after, half("Left"), hip)) < 0.002
 
+    def test_a_pelvis_marker_that_was_moved_is_said_once_for_all_joints_of_the_pelvis(self, both):
+        changed, pose = clip("Left"), half("Left").poses["Hips"]
+        points = changed.points.copy()
+        points[:, changed.labels.index("LFWT")] += pose.rotation @ [0.04, 0.0, 0.0]
+        fit = fit_clip(replace(changed, points=points), prior="none", calibration=both.calibration)
+        said = [note for note in fit.notes if "re-attached" in note]
+        assert [note.partition(":")[0] for note in said] == [
+            "Hips of Left.c3d is not used", "Hips of Right.c3d is not used",
+        ]  # fmt: skip
+        assert all("LFWT re-attached" in note for note in said)
+        told = {joint.joint for joint in fit.joints if "calibration" in joint.reason}
+        assert told.isdisjoint({"Waist", "LeftHip", "RightHip"})
+        # The right thigh stands on a hip that nothing shows now; the left one on its own.
+        assert {"LeftKnee", "Neck"} <= told
+
     def test_the_independent_samples_of_all_clips_add_up(self, both):
         itself, other = both.calibration.clips
         without = both.calibration.without(itself.digest)

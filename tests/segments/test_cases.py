@@ -197,6 +197,7 @@ def test_a_segment_that_turns_with_its_parent_has_its_turn_and_its_own_place():
     found = turned_with(truth, points[:, 0], points[:, 3])
     there = known_but(40, 3, 5)
     np.testing.assert_array_equal(found.pose.known, there)
+    np.testing.assert_array_equal(np.isfinite(found.pose.rotation).all(axis=(1, 2)), there)
     np.testing.assert_array_equal(found.pose.rotation[there], truth.rotation[there])
     np.testing.assert_array_equal(found.pose.origin[there], points[there, 0])
     # The joint is where the parent's axes have it from the marker.

@@ -6,6 +6,8 @@ takes those of two; such a covariance is off by √((tr² Σ + tr Σ²) / (F (M 
 four standard errors.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -225,6 +227,27 @@ class TestClipNoise:
         assert relative(form, skewed()) <= 4 * UNFOLDED * wishart(skewed(), 800, 4)
         assert found.sigma == pytest.approx(np.sqrt(np.trace(skewed()) / 3), rel=0.15)
         assert not found.each and not found.note
+
+    def test_the_level_is_that_of_the_lower_third(self):
+        """Skin and swapped markers only add; the very first may be what software has filled in."""
+        points, found = self.segments(a=5)
+        shape, pose = found["a"]
+        levels = (0.003, 0.0, 0.001, 0.002, 0.05, 0.01)
+        shapes = {str(i): (replace(shape, sigma=level), pose) for i, level in enumerate(levels)}
+        assert clip_noise(points, shapes, None, "rigid").sigma == 0.002
+
+    def test_the_matrix_has_the_size_of_the_level(self):
+        """The one segment that shows the matrix is twice as restless as the two that give the level."""
+        points, shapes = self.segments(a=3, b=3, c=5)
+        points["c"] = points["c"].mean(axis=1, keepdims=True) + 2 * (
+            points["c"] - points["c"].mean(axis=1, keepdims=True)
+        )
+        shapes["c"] = find_shape(points["c"])
+        level = clip_noise(points, shapes, None, "rigid").sigma
+        assert level == pytest.approx(shapes["a"][0].sigma, rel=0.15)
+        assert shapes["c"][0].sigma > 1.5 * level
+        # The level is a median, the matrix a mean, as above.
+        assert clip_noise(points, shapes, None, "matrix").sigma == pytest.approx(level, rel=0.15)
 
     def test_segments_of_three_markers_have_a_level_and_say_so(self):
         found = clip_noise(*self.segments(a=3, b=3), None, "matrix")

@@ -76,6 +76,13 @@ def test_a_marker_that_left_is_missing_there_and_counted(points):
     np.testing.assert_array_equal(points, before)
 
 
+def test_two_markers_are_searched_too(points):
+    points[200:220, 4] += [0.3, 0.0, 0.0]
+    expected = np.zeros((FRAMES, 2), dtype=bool)
+    expected[200:220, 1] = True
+    np.testing.assert_array_equal(prepared(points).masks["Stick"], expected)
+
+
 def test_the_shape_and_the_noise_are_those_without_what_was_left_out(points):
     jumped = points.copy()
     jumped[100:160, 1] += [0.2, 0.1, 0.0]
