@@ -17,7 +17,8 @@ BUNDLED = [("range_of_motion", None), ("two_dancers", "Anna")]
 
 
 def write(fit, **told):
-    return rendered("bvh", fit, **told)
+    """As `fit --format bvh`, but no filter and bones as fitted, unless that is told."""
+    return rendered("bvh", fit, **{"smooth": 0.0, "asymmetric": True, **told})
 
 
 def text_of(fit, **told):

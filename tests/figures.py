@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from rigs import rig_of
 
 from mocap_skel.errors import MocapSkelError
 from mocap_skel.export.body import body, capsules
@@ -14,7 +15,6 @@ from mocap_skel.labels.association import associate, read_association
 from mocap_skel.readers import read_clip
 from mocap_skel.results.axes import turned
 from mocap_skel.rig.kinematics import Rig, forward, rest_places
-from mocap_skel.rig.rigging import rig_of
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
 CLIPS = [f"{SAMPLES}/{name}.c3d:cmu" for name in ("range_of_motion", "two_dancers", "nearly_still")]
@@ -47,7 +47,7 @@ def figures(calls: list[str], namings=("mocap",)) -> Iterator[Figure]:
             clip = read_clip(Path(path))
             for subject in associate(clip, known):
                 fit = turned(fit_skeleton(clip, subject, known.skeleton), "y")
-                rig, segments, _ = rig_of(fit, trim=True)
+                rig, segments, _ = rig_of(fit)
                 name = f"{Path(path).stem}{subject.subject and '-'}{subject.subject}"
                 for naming in namings:
                     called, _ = joint_names(segments, naming)

@@ -228,8 +228,9 @@ def choose(names: str | Iterable[str] = DEFAULT, /, **told: Any) -> tuple[Chosen
         ValueError: no such format, or an option has none of its choices.
         TypeError: an option that none of these formats has.
 
-    >>> [one.options for one in choose(["c3d", "csv"], axes=True)]
-    [C3dOptions(up=None, axes=True), Turned(up=None)]
+    >>> c3d, csv = choose(["c3d", "csv"], axes=True)
+    >>> c3d.options.axes, hasattr(csv.options, "axes")
+    (True, False)
     """
     known = formats()
     chosen = list(dict.fromkeys([names] if isinstance(names, str) else names))

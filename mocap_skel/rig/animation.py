@@ -92,11 +92,12 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
     motion = rigid_motion(model, fit.rate, choice.limits)
     model = motion.model
     rest, average = _rested(model, vertical)
-    feet = find_feet(model, motion.poses, vertical, fit.rate)
+    feet = find_feet(model, motion.poses, vertical, fit.rate, rest)
     if choice.lock and feet.soles:
         poses = held_feet(motion.problem, motion.poses, feet, vertical, fit.rate)
         motion = replace(motion, poses=poses)
     ends = _on_soles(model, feet)
+    rest, average = _rested(replace(model, ends=ends), vertical)
     if choice.even:
         turned = {model.segments[i].name: rest[i] @ end for i, end in ends.items()}
         even = even_points(turned)

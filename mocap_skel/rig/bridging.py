@@ -123,8 +123,8 @@ def eased(turn: Array, limit: float) -> tuple[Array, NDArray[np.bool_]]:
             while np.linalg.norm(whole) > 0.9 * limit * (high - low) and (low > 0 or high < last):
                 low, high = max(0, low - 1), min(last, high + 1)
                 whole = rotation_vector(out[..., low].T @ out[..., high])
-            share = np.arange(high - low + 1) / (high - low)
-            out[..., low : high + 1] = np.einsum(
+            share = np.arange(1, high - low) / (high - low)
+            out[..., low + 1 : high] = np.einsum(
                 "ij,jkf->ikf", out[..., low], rotation(np.outer(whole, share))
             )
             changed[low + 1 : high] = True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,9 @@ LOWEST = 0.1
 # Metres: markers of a sole are no higher than that over the floor, else the floor is not at zero. Where it is not,
 # it is taken to be so far below the lowest marker: a marker's radius, the sole's skin and a shoe.
 HIGHEST_MARKER, UNDER_MARKER = 0.15, 0.03
+# Cosine of the angle between the stands' vertical and that of the rest pose beyond which the stands are none: a
+# foot that hangs in the air is not flat.
+FLAT = np.cos(np.radians(25.0))
 # A held sole weighs as so many markers, and takes so long (seconds) to come from its free path and go back.
 HOLD, EASE = 100.0, 0.15
 
@@ -60,7 +63,7 @@ class Feet:
     soles: tuple[Sole, ...]
 
 
-def find_feet(model: Model, poses: Poses, up: Array, rate: float) -> Feet:
+def find_feet(model: Model, poses: Poses, up: Array, rate: float, rest: Sequence[Array]) -> Feet:
     """When the markers of the soles (`sole` of the skeleton file) stand, and the points of the sole under them.
 
     A point lies under its marker by the marker's height in the standing frames, along what the foot then has
@@ -71,6 +74,7 @@ def find_feet(model: Model, poses: Poses, up: Array, rate: float) -> Feet:
         poses: its motion.
         up: (3,) the lab's vertical.
         rate: frames a second.
+        rest: of each segment, from its axes to the character's in the rest pose, y up.
     """
     found: list[tuple[int, str, Array, NDArray[np.bool_], float]] = []
     for s, segment in enumerate(model.segments):
@@ -95,6 +99,9 @@ def find_feet(model: Model, poses: Poses, up: Array, rate: float) -> Feet:
     soles = []
     for s, marker, place, stands, above in found:
         down = apply(transposed(poses.turn[:, :, s][..., stands]), -up).mean(axis=1)
+        flat = -rest[s][1]
+        if down @ flat < FLAT * np.linalg.norm(down):
+            down = flat
         under = place + (above - floor) * down / np.linalg.norm(down)
         soles.append(Sole(s, marker, place, under, tuple(runs(stands))))
     return Feet(floor, tuple(soles))

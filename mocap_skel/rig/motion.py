@@ -21,6 +21,8 @@ FAINT = 0.03
 TOLD = 0.2
 # Frames that tell where the markers are in the rigid bones.
 SAMPLES = 200
+# No branch is left out while the whole figure is there in so large a share of the frames.
+SELDOM = 0.5
 # Steps of a march into a gap, and Gauss-Newton steps at each: a start from a neighbour is near.
 MARCH, MARCH_STEPS = 120, 3
 # Seconds and radians: turns are pulled towards their own mean over so long a time as firmly as to so large an
@@ -95,7 +97,7 @@ def rigid_motion(model: Model, rate: float, limits: Limits | None = None) -> Rig
 
     A frame in which a segment is lost is started from its neighbours' turns, marching into the gap from both
     sides, so that a knee does not flip. What no marker shows there follows the motion before and after.
-    Branches without which a whole stretch of frames holds more are left out; `motion.model` tells what is there.
+    Branches that are lost in most of the clip are left out; `motion.model` tells what is there.
 
     Args:
         model: the figure, its markers and the closed-form poses to start from.
@@ -329,7 +331,9 @@ def _root_mean_square(
 
 
 def _worth_leaving_out(model: Model, absent: NDArray[np.bool_]) -> frozenset[str]:
-    """The branch without which a whole stretch of frames holds more (segments times frames); none if it does not."""
+    """The branch that is lost in most of the clip, without which a stretch of frames holds more segments times frames."""
+    if (~absent.any(axis=0)).mean() >= SELDOM:
+        return frozenset()
     parents = model.bones.parents
     below = [{s} for s in range(len(parents))]
     for s in range(len(parents) - 1, 0, -1):

@@ -45,6 +45,8 @@ WORTH_LEAVING = 0.3
 # weight at so short a lever; else a turn that no marker shows would have no answer. It biases nothing: it
 # pulls to where the step starts.
 LEVER = 0.05
+# The same where nothing may be added: what keeps the inverse of a turn that no marker shows finite.
+NO_RESISTANCE = 1e-9
 RESISTANCE = 1e-3
 
 
@@ -259,7 +261,7 @@ def known_turns(problem: Problem, poses: Poses) -> Array:
         known least, and so on; the segment's own joint counts as known.
     """
     relative = Poses(poses.turn, poses.root - problem.sums.origin)
-    system = _assembled(problem, relative, resistance=0.0)
+    system = _assembled(problem, relative, NO_RESISTANCE)
     offsets = _turned_offsets(problem.bones, relative)
     for floor in reversed(problem.bones.floors[1:]):
         _eliminated(system, floor, offsets, problem.bones.parents)

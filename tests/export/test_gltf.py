@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from figures import corners, moving, resting
 from recordings import fit_sample
+from rigs import rig_of
 from scipy.spatial.transform import Rotation
 
 from mocap_skel.errors import MissingExtraError
@@ -21,7 +22,6 @@ from mocap_skel.export.body import AROUND, RINGS, Capsule, body, capsules
 from mocap_skel.export.gltf import glb, quaternions
 from mocap_skel.results.axes import turned
 from mocap_skel.rig.kinematics import Rig, forward, rest_places
-from mocap_skel.rig.rigging import rig_of
 
 pytest.importorskip("pygltflib")
 

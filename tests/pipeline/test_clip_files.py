@@ -41,11 +41,21 @@ class TestProcess:
         ]  # fmt: skip
         assert files(tmp_path) == []
 
-    def test_a_format_that_cannot_hold_the_clip_leaves_no_file_at_all(self, samples, tmp_path):
-        job = Job(read_association("plug_in_gait"), choose(["csv", "bvh"]), tmp_path)
-        with pytest.raises(ExportError):
-            process(samples / "gaps.c3d", job)
-        assert files(tmp_path) == []
+    def test_a_format_that_cannot_hold_the_clip_does_not_keep_the_others(
+        self, samples, tmp_path, monkeypatch
+    ):
+        def refused(*_):
+            raise ExportError("no such thing in a BVH")
+
+        monkeypatch.setattr("mocap_skel.export.formats.bvh.rigs_of", refused)
+        job = Job(read_association("cmu"), choose(["csv", "bvh"]), tmp_path)
+        done = process(samples / "nearly_still.c3d", job)
+        assert [error.message for error in done.failed] == ["no such thing in a BVH"]
+        assert files(tmp_path) == ["nearly_still.joints.csv", "nearly_still.skeleton.csv"]
+        alone = Job(read_association("cmu"), choose("bvh"), tmp_path / "alone")
+        with pytest.raises(ExportError, match="no such thing"):
+            process(samples / "nearly_still.c3d", alone)
+        assert not (tmp_path / "alone").exists()
 
     def test_an_existing_result_is_refused_and_stays(self, samples, tmp_path):
         (tmp_path / "nearly_still.joints.csv").write_text("mine")

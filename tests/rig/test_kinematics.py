@@ -1,13 +1,10 @@
-"""Rigid bones: where they put their joints, by hand, and how they are turned onto others, by the least cost."""
+"""Rigid bones: where they put their joints, by hand."""
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_skel.rig.kinematics import (
-    FIRMNESS,
     Rig,
-    follow,
     forward,
     rest_places,
     shortest_turn,
@@ -68,43 +65,3 @@ class TestShortestTurn:
 
     def test_between_opposite_directions_there_is_none(self):
         np.testing.assert_array_equal(shortest_turn(np.eye(3)[0], -np.eye(3)[0]), np.eye(3))
-
-
-class TestFollow:
-    def test_one_point_is_followed_as_firmly_as_the_bone_is_short(self):
-        """The bone points along t + (5 cm / L)² R₀ o: one of 5 cm halfway, without a twist."""
-        start = about([0, 0, 1], 0)[None]
-        offset = np.array([[0.05, 0, 0]])
-        target = np.array([[[0, 0.05, 0]]])
-        np.testing.assert_allclose(follow(start, offset, target)[0], about([0, 0, 1], 45), **EXACT)
-        # One of 15 cm to the tangent of 9.
-        long = follow(start, 3 * offset, 3 * target)[0]
-        np.testing.assert_allclose(long, about([0, 0, 1], np.degrees(np.arctan(9))), **EXACT)
-
-    def test_a_bone_without_length_keeps_its_turn(self):
-        turn = about([0.6, 0, 0.8], 50)[None]
-        np.testing.assert_array_equal(follow(turn, np.zeros((1, 3)), np.ones((1, 1, 3))), turn)
-
-    def test_several_points_are_followed_at_the_least_cost(self):
-        rng = np.random.default_rng(7)
-        start = Rotation.random(5, random_state=1).as_matrix()
-        offsets = 0.2 * rng.normal(size=(3, 3))
-        targets = np.einsum("fij,kj->kfi", start, offsets) + 0.05 * rng.normal(size=(3, 5, 3))
-        found = follow(start, offsets, targets)
-
-        def cost(turn):
-            away = targets - np.einsum("fij,kj->kfi", turn, offsets)
-            own = ((turn - start) ** 2).sum(axis=(1, 2))
-            return (away**2).sum(axis=(0, 2)) + FIRMNESS**2 * own
-
-        least = cost(found)
-        assert (least < cost(start)).all()
-        for way in 1e-3 * np.vstack([np.eye(3), -np.eye(3)]):
-            assert (cost(found @ Rotation.from_rotvec(way).as_matrix()) > least).all()
-
-    @pytest.mark.parametrize("points", [1, 3])
-    def test_what_is_there_already_is_left(self, points):
-        start = Rotation.random(4, random_state=2).as_matrix()
-        offsets = np.array([[0.1, 0.2, 0], [0, 0.3, 0.1], [0.2, 0, 0]])[:points]
-        targets = np.einsum("fij,kj->kfi", start, offsets)
-        np.testing.assert_allclose(follow(start, offsets, targets), start, **EXACT)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bvh_files import BUNDLED
 from recordings import fit_sample
+from rigs import rig_of
 from scipy.spatial.transform import Rotation
 
 from mocap_skel.figure.skeleton import Segment
@@ -13,7 +14,6 @@ from mocap_skel.results.axes import turned
 from mocap_skel.rig import rest_pose as module
 from mocap_skel.rig.kinematics import rest_places
 from mocap_skel.rig.rest_pose import Bone, hinge_axis, mean_rotation, rest_pose
-from mocap_skel.rig.rigging import rig_of
 
 # From axes with that one up to y up.
 UPRIGHT = {
