@@ -127,7 +127,11 @@ def _moved(model: Model, rate: float, limits: Limits) -> RigidMotion:
     if gap.any():
         poses = _marched(problem, poses, missing, gap) if len(whole) else poses
         bridges = [
-            Pull(s, bridged(poses.local(bones, s), ~gap, rate), FAINT * bones.unit * missing[s])
+            Pull(
+                s,
+                bridged(poses.local(bones, s), ~missing[s], rate),
+                FAINT * bones.unit * missing[s],
+            )
             for s in np.flatnonzero(missing.any(axis=1)).tolist()
             if s or len(whole)
         ]
@@ -138,7 +142,7 @@ def _moved(model: Model, rate: float, limits: Limits) -> RigidMotion:
     absent, spans = _judged(problem, poses, missing, rate, limits)
     poses = _calmed(problem, poses, rate)
     poses, repaired = _slowed(bones, poses, absent, np.radians(limits.speed) / rate)
-    residual = _residuals(model, poses)
+    residual = residuals(model, poses)
     told = [
         Bridge(s, a, b, by, _root_mean_square(residual, bones, s, slice(a, b)))
         for s, a, b, by in spans
@@ -230,7 +234,7 @@ def _walks(gap: NDArray[np.bool_]) -> list[list[tuple[int, int]]]:
         inner = start > 0 and stop < len(gap)
         middle = (start + stop + 1) // 2 if inner else (stop if start > 0 else start)
         for path in (range(start - 1, middle), range(stop, middle - 1, -1)):
-            frames = [f for f in path if 0 <= f < len(gap)]
+            frames = [f for f in path if 0 <= f < len(gap)][: MARCH + 1]
             if len(frames) > 1 and not gap[frames[0]]:
                 walks.append(list(zip(frames[1:], frames[:-1], strict=True)))
     return walks
@@ -304,7 +308,7 @@ def _slowed(
     return Poses(turn, poses.root), repaired
 
 
-def _residuals(model: Model, poses: Poses) -> list[Array]:
+def residuals(model: Model, poses: Poses) -> list[Array]:
     """Of each segment (F, M): how far its markers are from where the figure has them."""
     joints = poses.joints(model.bones)
     return [
@@ -317,15 +321,13 @@ def _residuals(model: Model, poses: Poses) -> list[Array]:
     ]  # fmt: skip
 
 
-def _root_mean_square(
-    residuals: Sequence[Array], bones: Bones, segment: int, frames: slice
-) -> float:
+def _root_mean_square(away: Sequence[Array], bones: Bones, segment: int, frames: slice) -> float:
     beside = [
         s
         for s, parent in enumerate(bones.parents)
         if segment in (s, parent) or s == bones.parents[segment]
     ]
-    seen = np.concatenate([residuals[s][frames].ravel() for s in beside])
+    seen = np.concatenate([away[s][frames].ravel() for s in beside])
     seen = seen[np.isfinite(seen)]
     return float(np.sqrt((seen**2).mean())) if len(seen) else float("nan")
 
