@@ -75,8 +75,9 @@ class TestGaps:
         assert "Head filled in frames 251" in notes
 
     @pytest.mark.parametrize("trim", [False, True])
-    def test_segments_that_are_never_seen_at_the_same_time_are_refused(self, trim):
-        first = without(on("Head"), slice(150, None))
+    @pytest.mark.parametrize("together", [0, 1])
+    def test_segments_that_are_not_seen_at_the_same_time_are_refused(self, trim, together):
+        first = without(on("Head"), slice(150 + together, None))
         fit = fit_recording(without(on("LeftFoot"), slice(150), first))
         with pytest.raises(ExportError, match="not seen at the same time"):
             rig_of(fit, trim=trim)
