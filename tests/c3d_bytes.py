@@ -25,7 +25,7 @@ def numbers(values, kind, machine):
     return values.astype((">" if machine == "MIPS" else "<") + kind).tobytes()
 
 
-def parameter(group, name, value, machine):
+def parameter(group, name, value, machine, description=""):
     """One parameter: text, list of text (up to 255), integers (numpy or int) or floats."""
     if isinstance(value, str | bytes) or (isinstance(value, list) and isinstance(value[0], str)):
         rows = value if isinstance(value, list) else [value]
@@ -38,7 +38,8 @@ def parameter(group, name, value, machine):
         dims = list(array.shape)
         kind, code = (4, "f4") if array.dtype.kind == "f" else (2, "i2")
         data = numbers(array, code, machine)
-    body = struct.pack("<bB", kind, len(dims)) + bytes(dims) + data + b"\0"
+    body = struct.pack("<bB", kind, len(dims)) + bytes(dims) + data
+    body += bytes([len(description)]) + description.encode()
     order = ">" if machine == "MIPS" else "<"
     head = struct.pack("<bb", len(name), group) + name.encode()
     return head + struct.pack(order + "h", len(body) + 2) + body
@@ -66,12 +67,15 @@ def c3d_file(
     machine="INTEL",
     analogs=0,
     tail=b"",
+    described="",
     **point,
 ):
     """Write points (frames, markers, 3).
 
     Args:
         analogs: analog values a frame, one a channel.
+        tail: what stands behind the points.
+        described: the description of every parameter.
         point: any parameter of POINT, or of another group as `TRIAL__…`, None to leave it out.
     """
     points = np.asarray(points, dtype=float)
@@ -109,7 +113,7 @@ def c3d_file(
         for name, value in said.items():
             group = 1 + groups.index(name.split("__")[0] if "__" in name else "POINT")
             if value is not None:
-                section += parameter(group, name.split("__")[-1], value, machine)
+                section += parameter(group, name.split("__")[-1], value, machine, described)
         section += bytes(-len(section) % BLOCK or BLOCK)
     section = section[:2] + bytes([len(section) // BLOCK]) + section[3:]
 

@@ -116,6 +116,17 @@ def test_a_name_that_the_system_cannot_look_at_is_one_line(tmp_path, kind, read)
     assert {path.name for path in tmp_path.iterdir()} == {"long.txt", "long.toml"}
 
 
+def test_a_figure_that_a_file_names_is_missed_in_its_line_and_one_of_the_call_is_not(tmp_path):
+    path = tmp_path / "map.txt"
+    path.write_text("# my own\n@skeleton nix\nLFWT LFWT\n")
+    with pytest.raises(SkeletonError) as error:
+        read_association(path)
+    assert error.value.message == f"{path}:2: nix: no such skeleton file"
+    with pytest.raises(SkeletonError) as error:
+        read_association(path, "nux")
+    assert error.value.message == "nux: no such skeleton file"
+
+
 def test_a_text_with_and_without_a_byte_order_mark(tmp_path):
     for mark in (b"", b"\xef\xbb\xbf"):
         (tmp_path / "map.txt").write_bytes(mark + "Zoë\n".encode())

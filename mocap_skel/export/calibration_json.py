@@ -171,7 +171,7 @@ class _Door:
         return CallError(f"{self.path}: {where} {what}")
 
     def a(self, value: Any, kind: type, where: str) -> Any:
-        if not isinstance(value, kind) or isinstance(value, bool):
+        if not isinstance(value, kind):
             raise self.wrong(where, f"must be a {kind.__name__}, got {value!r:.40}")
         return value
 

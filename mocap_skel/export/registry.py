@@ -233,26 +233,25 @@ def choose(names: str | Iterable[str] = DEFAULT, /, **told: Any) -> tuple[Chosen
     (True, False)
     """
     known = formats()
-    chosen = list(dict.fromkeys([names] if isinstance(names, str) else names))
-    for name in chosen:
+    has: dict[str, dict[str, OptionHelp]] = {}
+    for name in [names] if isinstance(names, str) else names:
         if name not in known:
             raise ValueError(f"formats must be of {tuple(known)}, got {name!r}")
-    has = {name: known[name].told for name in chosen}
-    for key, value in told.items():
-        _check(key, value, has)
+        has[name] = known[name].told
+    told = {key: value for key, value in told.items() if _checked(key, value, has) is not None}
     return tuple(
-        Chosen(
-            known[name],
-            known[name].options(
-                **{key: told[key] for key in said if key in told and told[key] is not None}
-            ),
-        )
+        Chosen(known[name], known[name].options(**{k: v for k, v in told.items() if k in said}))
         for name, said in has.items()
     )
 
 
-def _check(key: str, value: object, has: Mapping[str, Mapping[str, OptionHelp]]) -> None:
-    """Refuse an option that no format has, and a value that is none of its choices."""
+def _checked(key: str, value: Any, has: Mapping[str, Mapping[str, OptionHelp]]) -> Any:
+    """The value of an option.
+
+    Raises:
+        TypeError: no format has it.
+        ValueError: the value is none of its choices.
+    """
     owners = [said[key] for said in has.values() if key in said]
     if not owners:
         takes = "; ".join(f"{name} takes {', '.join(said) or 'none'}" for name, said in has.items())
@@ -260,6 +259,7 @@ def _check(key: str, value: object, has: Mapping[str, Mapping[str, OptionHelp]])
     choices = owners[0].choices
     if choices and value is not None and value not in choices:
         raise ValueError(f"{key} must be one of {choices}, got {value!r}")
+    return value
 
 
 def owners() -> list[tuple[str, dict[str, Format]]]:

@@ -66,6 +66,10 @@ def hip(c):
         (lambda c: c["clips"][0]["joints"].update(Tail=hip(c)), "has no joint Tail from Hips"),
         (lambda c: hip(c)["markers"]["LTHI"].update(effective=float("nan")), "must be numbers"),
         (lambda c: hip(c)["markers"]["LTHI"].update(skew=[0, 0, float("inf")]), "must be numbers"),
+        (
+            lambda c: hip(c).update(shared={"centre": [0, 0, 0], "turns": [1, 2], "residual": 0}),
+            r"LeftHip.shared.turns must be numbers of shape \(3, 3\)",
+        ),
         (lambda c: hip(c).update(markers={}), "LeftHip.markers is empty"),
         (lambda c: c.update(skeleton=True), "skeleton must be a str, got True"),
         (lambda c: c.update(clips={}), "clips must be a list"),

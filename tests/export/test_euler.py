@@ -41,6 +41,18 @@ def test_within_gimbal_lock_nothing_jumps(middle):
     np.testing.assert_allclose(again, turn, rtol=0, atol=1e-7)
 
 
+@pytest.mark.parametrize("order", ORDERS)
+def test_of_the_two_triples_each_frame_has_the_one_that_is_nearer_to_the_last(order):
+    angles = euler_angles(Rotation.random(300, random_state=9).as_matrix(), order)
+    # (a, b, c) and (a + 180°, 180° - b, c + 180°) are one rotation.
+    others = angles * [1, -1, 1] + 180
+
+    def step(there):
+        return (((there[1:] - angles[:-1] + 180) % 360 - 180) ** 2).sum(axis=1)
+
+    assert (step(angles) <= step(others) + 1e-6).all()
+
+
 @pytest.mark.parametrize("middle", [89.6, -89.99])
 def test_near_gimbal_lock_each_frame_is_still_exactly_its_rotation(middle):
     rng = np.random.default_rng(3)

@@ -62,6 +62,7 @@ def test_numbers_of_every_machine_are_added_to(tmp_path, machine, scale):
     assert struct.unpack_from(order, head, 2) == (count + len(list(fit.tracks())),)
     (block,) = struct.unpack_from(order, head, 16)
     assert (block - 1) * BLOCK == there.layout.start
+    assert target.stat().st_size % BLOCK == 0
 
 
 def test_what_stands_behind_the_frames_is_taken_along(tmp_path):
@@ -92,6 +93,24 @@ def test_zeros_before_the_header_are_not_copied(tmp_path):
     with pytest.raises(ExportError, match=f"{BLOCK} zeros stand before its header") as caught:
         copied(source)
     assert "the other formats hold the skeleton" in caught.value.hint
+
+
+def test_no_two_points_of_a_copy_have_one_label(tmp_path, monkeypatch):
+    source = written(tmp_path / "a.c3d")
+    clip = read_clip(source)
+    fit = fit_clip(clip)
+    # A joint that is called as a segment's origin is, and a label that stands in the file's second list.
+    named = replace(fit, joints=(replace(fit.joints[0], joint="Hips_O"), *fit.joints[1:]))
+    real = survey(source)
+    point = real.section.groups["POINT"] | {"LABELS2": ["Anna:LeftHip"]}
+    found = replace(
+        real, section=replace(real.section, groups=real.section.groups | {"POINT": point})
+    )
+    monkeypatch.setattr(
+        "mocap_skel.export.c3d_copy.survey", lambda path: found if path == source else survey(path)
+    )
+    _, notes = c3d_copy(named, clip, source, axes=True)
+    assert "C3D: labels that the file has already get a number: LeftHip_2, Hips_O_2" in notes
 
 
 @pytest.mark.parametrize(
@@ -163,6 +182,20 @@ class TestParameters:
         walk = Parameters(bytes([1, 80, 7, 84]) + group("POINT", 1) + b"\0\0", "INTEL")
         made = walk.to_bytes()
         assert len(made) == 7 * BLOCK and made[2] == 7
+
+    def test_names_in_small_letters_are_the_same_names(self):
+        walk = section(group("Point", 1), own("Used", 3))
+        walk.set_number("USED", 5)
+        assert own("Used", 5) in walk.to_bytes()
+
+    def test_a_list_that_stays_the_same_is_left_alone_however_it_is_laid_out(self):
+        # Two texts of two letters in three dimensions.
+        plain = own("LABELS", ["AA", "BB"])
+        (step,) = struct.unpack_from("<h", plain, 8)
+        odd = plain[:8] + struct.pack("<hbB", step + 1, -1, 3) + bytes([2, 1, 2]) + b"AABB\0"
+        walk = section(group("POINT", 1), odd)
+        walk.set_texts("LABELS", [b"AA", b"BB"])
+        assert odd in walk.to_bytes()
 
     def test_a_list_keeps_its_description_and_its_width(self):
         said = own("LABELS", ["AA", "BB"])

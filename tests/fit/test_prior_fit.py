@@ -203,6 +203,43 @@ def test_medial_markers_of_the_association_are_used(walking):
     assert np.linalg.norm(constant_error(fit, recording, knee)) < 0.02
 
 
+def test_the_shared_point_is_for_joints_that_are_no_balls_and_segments_with_a_pose_of_their_own(
+    walking, walked
+):
+    def shared(fit):
+        return {j.joint for j in fit.joints if j.evidence and j.evidence.shared is not None}
+
+    # Three markers or more: trunk, head, forearms, feet.
+    expected = {"Waist", "Neck", "LeftElbow", "RightElbow", "LeftAnkle", "RightAnkle"}
+    assert shared(walked) == expected
+    assert shared(fit_recording(walking, prior="none")) == set()
+    # A third marker gives the thigh a pose of its own, and its hip is a ball all the same.
+    markers = {**marker_set("cmu"), "RMFE": ("UpperRightLeg", (-0.002, 0.051, -0.434))}
+    recording = record(human(), markers, walk(4, 60, 4), Faults(sigma=SIGMA), seed=4)
+    association = known("cmu")
+    rule = Rule("RMFE", "RMFE", "UpperRightLeg", 99)
+    fit = fit_recording(recording, replace(association, rules=(*association.rules, rule)))
+    assert len(fit.segments["UpperRightLeg"].template) == 3
+    assert shared(fit) == expected
+
+
+@pytest.mark.parametrize(
+    ("lost", "name", "source"),
+    [
+        ((), "LeftElbow", "ANSUR width"),
+        (("LWRB",), "LeftElbow", "its surface marker"),
+        (("LTOE",), "LeftAnkle", "ANSUR width"),
+        (("LTOE", "LMT5"), "LeftAnkle", "its surface marker"),
+    ],
+)
+def test_a_hinge_needs_all_the_markers_that_its_bone_points_to(walking, lost, name, source):
+    """Else the next prior counts: another marker, or the joint's own alone."""
+    clip = clip_of(walking)
+    points = clip.points.copy()
+    points[:, [clip.labels.index(label) for label in lost]] = np.nan
+    assert joint(fit_clip(replace(clip, points=points)), name).source == source
+
+
 @pytest.mark.parametrize(("name", "side"), [("right_leg", "Right"), ("left_leg", "Left")])
 @pytest.mark.parametrize("lost", [(), ("KNM",), ("KNM", "GTR")])
 def test_a_leg_whose_thigh_is_the_root_knows_its_knee(name, side, lost):

@@ -176,6 +176,14 @@ def test_a_place_is_judged_by_all_three_coordinates(axis):
     assert clip.notes == ("samples farther off than 1e+07 that count as missing: 1",)
 
 
+def test_two_samples_that_are_nowhere_are_an_oddity_whatever_they_say():
+    points = cloud()
+    points[5, 1], points[12, 0] = (1e9, -4e9, 2e9), (3e9, 5e9, 6e9)
+    clip = cleaned(points)
+    assert np.argwhere(np.isnan(clip.points[..., 0])).tolist() == [[5, 1], [12, 0]]
+    assert clip.notes == ("samples farther off than 1e+07 that count as missing: 2",)
+
+
 def test_damage_takes_two_frames_on_either_side_with_it():
     points = cloud()
     points[10, :, 0] = 1e9, -4e9, 2e9

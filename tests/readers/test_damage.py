@@ -14,6 +14,7 @@ from c3d_bytes import (
 
 from mocap_skel.errors import ClipError
 from mocap_skel.readers import read_clip
+from mocap_skel.readers.formats.c3d import damage
 from mocap_skel.readers.formats.c3d.survey import survey
 
 
@@ -50,7 +51,7 @@ def spans(path, data, at, message, before):
 
 
 @pytest.mark.parametrize(("scale", "analogs"), [(-1.0, 0), (-1.0, 5), (0.1, 0), (0.1, 5)])
-@pytest.mark.parametrize("count", [4, 16, 52])
+@pytest.mark.parametrize("count", [4, 7, 16, 18, 52])
 @pytest.mark.parametrize("way", ["lost", "inserted"])
 def test_bytes_lost_or_inserted_among_the_points(path, scale, analogs, count, way):
     data = c3d_file(path, tracks(200, 8), scale=scale, analogs=analogs).read_bytes()
@@ -94,6 +95,16 @@ def test_ten_blank_frames_at_the_end_are_nobodys_loss_and_eleven_are(path):
             assert (read_clip(path).frames, read_clip(path).notes) == (200, NO_PLACE)
     with pytest.raises(ClipError, match="nothing but zeros from frame 1190 on"):
         read_clip(path)
+
+
+def test_where_all_is_blank_but_the_first_frame_nothing_is_left(path):
+    data = c3d_file(path, tracks(200, 8)).read_bytes()
+    layout = survey(path).layout
+    at = layout.start + layout.stride
+    path.write_bytes(data[:at] + bytes(len(data) - at))
+    with pytest.raises(ClipError, match="nothing but zeros from frame 2 on") as error:
+        read_clip(path, salvage=True)
+    assert error.value.hint is None
 
 
 def test_the_frame_at_which_bytes_are_lost_has_the_files_own_number(path):
@@ -140,3 +151,14 @@ def test_noise_among_the_points_is_damage(path):
     lost = np.isnan(clip.points).all(axis=(1, 2))
     assert lost[90:95].all() and lost.sum() <= 11
     np.testing.assert_allclose(clip.points[~lost] * 1000, tracks(200, 8)[~lost], atol=1e-3)
+
+
+def test_what_most_values_differ_by_is_told_where_enough_are_there():
+    here = np.arange(1.0, 25.0)
+    there = here + np.arange(24)
+    # Of 24 differences 0 to 23, in order, the one at four fifths.
+    assert damage._far(here, there) == [19]
+    # Zeros are missing: of 12 differences 0 to 11 that is 9, and 11 are too few.
+    assert damage._far(here, np.where(np.arange(24) < 12, there, 0)) == [9]
+    assert damage._far(here, np.where(np.arange(24) < 11, there, 0)) == [np.inf]
+    assert damage._far(np.zeros(24), there) == [np.inf]

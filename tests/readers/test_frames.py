@@ -100,6 +100,9 @@ def test_a_file_that_is_cut_off_past_16_bits_keeps_its_numbers(path):
 def test_the_number_of_frames_of_counts_that_differ(claims, first, long, room, found):
     groups = {"POINT": {"LONG_FRAMES": float(long)}}
     assert frames.frame_count(claims, first, groups, room, lambda n: False) == found
+    # An end without a start counts nothing.
+    groups["TRIAL"] = {"ACTUAL_END_FIELD": words(room)}
+    assert frames.frame_count(claims, first, groups, room, lambda n: False) == found
     # One that ends where the file ends settles it.
     if len(claims) == 2 and min(claims) > 1:
         assert (
@@ -144,6 +147,7 @@ def test_more_than_65535_frames(path, case, more):
     clip = read_clip(c3d_file(path, points, **({"FRAMES": signed(0xFFFF)} | more)))
     assert clip.points.shape == (LONG, 3, 3)
     np.testing.assert_allclose(clip.points, points / 1000, rtol=1e-6)
+    assert len(with_c3d.read(path).points) == LONG
     # ezc3d reads the first and the last to the end of the file, with the padding of its last block.
     told = {
         "float": "not an INT; read with py-c3d",

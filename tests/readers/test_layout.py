@@ -47,6 +47,16 @@ def test_a_layout_that_nobody_says_needs_proof(said, other, proven):
     assert (layout.points, layout.declared) == (POINTS, FRAMES)
 
 
+@pytest.mark.parametrize(("said", "other", "points"), [(0.03, 0.02, 4), (0.06, 0.02, 5)])
+def test_of_two_that_are_said_the_first_unless_the_other_is_twice_as_smooth(said, other, points):
+    five = Section(512, 1000, "INTEL", {"POINT": {"USED": [5], "FRAMES": [FRAMES]}}, ())
+    size = START + FRAMES * 16 * 5 + 5000
+    layout, (contradiction,) = find(size, HEADER, five, 1, stepping(said, other))
+    assert layout.points == points
+    where, wrong = ("POINT:USED", 5) if points == 4 else ("the header", 4)
+    assert contradiction == f"{where} says {wrong} points a frame, it is {points}"
+
+
 def test_a_layout_that_fills_the_file_is_not_looked_into():
     size = START + FRAMES * 16 * POINTS + 256
     layout, contradictions = find(size, HEADER, SECTION, 1, stepping(3.0, 0.01))
@@ -82,3 +92,15 @@ def test_a_step_is_measured_against_the_distance_of_the_points():
         # Of 10 and 20 the middle is 20: 0 and 10 away.
         assert relative_step(some, after) == pytest.approx(0.3, rel=1e-12)
     assert relative_step(np.zeros((5, 3, 4)), after) == np.inf
+
+
+def test_values_that_are_mostly_absurd_are_no_tracks():
+    """Where a few points are seen and the rest is missing, that is a step; where the rest is absurd, it is none."""
+    before = np.zeros((5, 10, 4))
+    before[:, 0, 0] = 10.0, 20.0, 30.0, 40.0, 50.0
+    after = before.copy()
+    after[:, 0, 1] = 5.0
+    # From the middle one, 30: 20, 10, 0, 10, 20; the median is 10.
+    assert relative_step(before, after) == pytest.approx(0.5, rel=1e-12)
+    before[:, 1:, 0] = after[:, 1:, 0] = 1e30
+    assert relative_step(before, after) == np.inf

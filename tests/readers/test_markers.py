@@ -41,6 +41,8 @@ def test_blanks_are_called_by_their_place(path):
     assert clip.labels == ("point_2", "point_4", "point_4_2", "point_5")
     assert clip.subjects == ("", "", "", "Ann")
     assert "points without a label: 3" in notes(clip)
+    # Nor do they take the name of a point that comes later.
+    assert labelled(path, "", "point_1").labels == ("point_1_2", "point_1")
 
 
 def test_a_double_cannot_take_the_name_of_a_blank_or_the_other_way_round(path):

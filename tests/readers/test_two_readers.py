@@ -6,10 +6,10 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from c3d_bytes import BLOCK, MACHINES, c3d_file, cloud, notes, same
+from c3d_bytes import BLOCK, MACHINES, c3d_file, cloud, is_right, notes, same, tracks
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from recordings import CLIPS
+from recordings import ASSOCIATIONS, CLIPS
 
 from mocap_skel import artificial as art
 from mocap_skel.errors import ClipError
@@ -99,6 +99,38 @@ def test_a_residual_of_minus_zero_is_a_point(path, reader):
     residuals[4, 1] = -1
     raw = reader(c3d_file(path, cloud(), residuals=residuals))
     assert np.argwhere(raw.invalid).tolist() == [[4, 1]]
+
+
+# --- Real recordings ----------------------------------------------------------------------------
+
+
+def jumping(how):
+    """Points that are not those of the file, and jump: what a reader that misreads it would give."""
+    points, rng = tracks(markers=5 if how == "five points" else 4), np.random.default_rng(1)
+    if how == "some mm off":
+        return points + rng.normal(0, 5, points.shape)
+    wrong = rng.permuted(points, axis=0)
+    right = {"first": [30, 59], "middle": [0, 59], "last": [0, 30]}.get(how, [])
+    wrong[right] = points[right]
+    return wrong
+
+
+@pytest.mark.parametrize(
+    "how", ["everywhere", "first", "middle", "last", "some mm off", "five points"]
+)
+def test_what_ezc3d_takes_for_something_else_is_found_by_its_jumps(path, monkeypatch, how):
+    """Should it misread a file of which all counts agree, three frames and the median step tell."""
+    points = jumping(how)
+    wrong = with_ezc3d.read(c3d_file(path.with_name("other.c3d"), points))
+    c3d_file(path, tracks())
+    monkeypatch.setattr(with_ezc3d, "read", lambda *_: wrong)
+    clip = is_right(path)
+    assert "ezc3d takes it for something else: its points jump; read with py-c3d" in notes(clip)
+
+
+@pytest.mark.parametrize("name", sorted(ASSOCIATIONS))
+def test_both_readers_agree_on_bundled_clips(samples, name):
+    same(with_ezc3d.read(samples / f"{name}.c3d"), with_c3d.read(samples / f"{name}.c3d"))
 
 
 # --- Real recordings ----------------------------------------------------------------------------

@@ -5,12 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from actors import actor
-from handmade import FRAMES, fit_of, joint
+from handmade import FRAMES, fit_of, joint, leg
 from matplotlib.colors import same_color
 
 from mocap_skel.report.looks import LOOKS
 from mocap_skel.report.pose_figures import Actor, pose_figure
-from mocap_skel.report.time_figures import _limits, _line, residuals_figure, tracks_figure
+from mocap_skel.report.time_figures import (
+    _limits,
+    _line,
+    bones_figure,
+    residuals_figure,
+    tracks_figure,
+)
 from mocap_skel.segments.pose import Pose
 
 SIDES = ("Right", "Left")
@@ -118,6 +124,24 @@ class TestOverTime:
         for axes, value in zip(drawn.axes, right.centre, strict=True):
             np.testing.assert_array_equal(axes.lines[0].get_ydata(), [value] * FRAMES)
         assert [axes.get_title() for axes in drawn.axes] == ["x, m", "y, m", "z (up), m"]
+
+    def test_a_bone_is_in_centimetres_with_its_median_and_standard_deviation(self):
+        right, left = leg("Right", 0.40), leg("Left", 0.0)
+        below = np.zeros((FRAMES, 3))
+        below[:, 2] = 0.40, 0.42, 0.46, np.nan, 0.42
+        left = (left[0], replace(left[1], track=left[0].track - below))
+        drawn, _ = bones_figure(actor_of(*right, *left), "")
+        (axes,) = (a for a in drawn.axes if a.get_title() == "Knee - Ankle")
+        # As in test_rows.py: median 42, standard deviation 2.18 cm.
+        told = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert told == ["R 40.0 ± 0.0", "L 42.0 ± 2.2"]
+        # The last length is a dot, for it stands alone after a gap.
+        _, _, lengths, _, median = axes.lines
+        np.testing.assert_allclose(lengths.get_ydata(), [40, 42, 46, np.nan, 42])
+        assert (
+            median.get_ydata()[0] == pytest.approx(42.0)
+            and median.get_color() == lengths.get_color()
+        )
 
     def test_a_sample_between_two_gaps_is_a_dot_and_no_other_is(self):
         axes = tracks_figure(actor_of(*hips()), "")[0].axes[0]

@@ -54,6 +54,8 @@ def test_of_a_long_clip_every_third_frame_is_shown(monkeypatch):
     monkeypatch.setattr(scenes, "MOST_SAMPLES", clip.frames * points // 3 + 1)
     made = scene(clip, ben, fit)
     assert (made.every, made.about["every"], made.about["frames"]) == (3, 3, 234)
+    # The rate stays the clip's: the viewer counts frames by `every`.
+    assert (made.about["rate"], made.about["firstFrame"]) == (50.0, 101)
     waist = fit.joints[0].track[::3]
     np.testing.assert_allclose(places_of(made)[0].T, waist, atol=made.step / 2 + 1e-6)
     axes = unpack(made.packed, 234)[3 * points :][:3] / 32767

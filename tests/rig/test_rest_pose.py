@@ -227,6 +227,11 @@ class TestTwist:
         turns, _ = rest_pose(bones, self.up)
         np.testing.assert_allclose(turns[1], bones[1].rotation[0], rtol=0, atol=1e-9)
 
+    def test_neither_does_an_axis_that_the_file_puts_along_the_bone(self):
+        bones = limb([0, 1.0, 0], (1.0, 0.5, 0), 40)
+        turns, _ = rest_pose(bones, self.up)
+        np.testing.assert_allclose(turns[1], bones[1].rotation[0], rtol=0, atol=1e-9)
+
     def test_a_joint_that_hardly_turns_tells_nothing_either(self):
         # From end to end even: the root mean square is 1/√3 of the most, here 4.6° = 0.08.
         bones = limb([0, 1.0, 0], (0, 1.0, 0), 40, degrees=8)
