@@ -166,6 +166,7 @@ def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig
         ExportError: there are no two frames in a row in which the figure is known.
     """
     from mocap_skel.rig.animation import animate, animation_notes
+    from mocap_skel.rig.quality import quality_of
     from mocap_skel.rig.rigging import rig_of
 
     animation = animate(fit, options.choice)
@@ -173,7 +174,12 @@ def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig
     if not stretches:
         raise ExportError(f"{fit.clip}: no two frames in a row show a whole figure")
     chosen = sorted(stretches) if options.stretches == "all" else stretches[:1]
-    notes = [*_absences(fit, animation), *animation_notes(animation), *_left_out(animation, chosen)]
+    notes = [
+        *_absences(fit, animation),
+        str(quality_of(animation)),
+        *animation_notes(animation),
+        *_left_out(animation, chosen),
+    ]
     rigs = {}
     for i, stretch in enumerate(chosen, 1):
         rig, segments, more = rig_of(animation, stretch, up=up, floor=options.floor)
