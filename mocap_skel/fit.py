@@ -108,10 +108,7 @@ def fit_skeleton(
         rate=clip.rate,
         up=clip.up,
         sigma=prepared.sigma,
-        segments={
-            name: _segment_fit(one, skeleton, walked.prepared)
-            for name, one in walked.placed.items()
-        },
+        segments={n: _segment_fit(p, skeleton, walked.prepared) for n, p in walked.placed.items()},
         joints=walked.joints,
         notes=(
             *fit_notes(walked.joints, walked.calibrated, prepared, task),
