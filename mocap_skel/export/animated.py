@@ -145,9 +145,8 @@ class Animated(Options):
         from mocap_skel.rig.animation import Choice
         from mocap_skel.rig.motion import Limits
 
-        limits = Limits(gap=self.max_gap)
-        if self.trim:
-            limits = Limits(gap=self.max_gap, hold=0.0)
+        hold = 0.0 if self.trim else Limits.hold
+        limits = Limits(gap=self.max_gap, hold=hold)
         return Choice(limits, self.smooth, self.feet == "lock", not self.asymmetric)
 
 

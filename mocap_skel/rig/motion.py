@@ -104,9 +104,10 @@ def rigid_motion(model: Model, rate: float, limits: Limits | None = None) -> Rig
         rate: frames a second.
         limits: how long gaps may be, and how fast joints.
     """
-    found = _moved(model, rate, limits or Limits())
+    limits = limits or Limits()
+    found = _moved(model, rate, limits)
     while less := _worth_leaving_out(found.model, found.absent):
-        found = _moved(found.model.without(less), rate, limits or Limits())
+        found = _moved(found.model.without(less), rate, limits)
     return found
 
 
@@ -133,12 +134,12 @@ def _moved(model: Model, rate: float, limits: Limits) -> RigidMotion:
                 FAINT * bones.unit * missing[s],
             )
             for s in np.flatnonzero(missing.any(axis=1)).tolist()
-            if s or len(whole)
+            # The root has no parent to turn in.
+            if s
         ]
         inside = np.flatnonzero(gap)
-        more = replace(problem, pulls=(*problem.pulls, *(b for b in bridges if b.segment)))
-        problem = more
-        poses = _put(poses, solve(more.at(inside), poses.at(inside)), inside)
+        problem = replace(problem, pulls=(*problem.pulls, *bridges))
+        poses = _put(poses, solve(problem.at(inside), poses.at(inside)), inside)
     absent, spans = _judged(problem, poses, missing, rate, limits)
     poses = _calmed(problem, poses, rate)
     poses, repaired = _slowed(bones, poses, absent, np.radians(limits.speed) / rate)
