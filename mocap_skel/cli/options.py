@@ -178,7 +178,9 @@ folder = click.option(
 )  # fmt: skip
 overwrite = click.option("--overwrite", is_flag=True, help="Replace result files that exist.")
 wide = click.option(
-    "--wide", is_flag=True, help="All columns of the joint table, in lines of any length."
+    "--wide",
+    is_flag=True,
+    help="All columns of the tables, and all segments of the rigid figure, in lines of any length.",
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON lines, not a table.")
 unit = click.option(

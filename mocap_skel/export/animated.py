@@ -12,6 +12,7 @@ from mocap_skel.export.registry import Options, Turned, option
 if TYPE_CHECKING:
     from mocap_skel.rig.animation import Animation, Choice
     from mocap_skel.rig.kinematics import Rig
+    from mocap_skel.rig.quality import Quality
     from mocap_skel.skeleton_fit import SkeletonFit
 
 AUTO = "auto"
@@ -92,13 +93,23 @@ class Tracks(Turned):
         """The fit whose tracks are asked for, and notes on how they were made."""
         if not self.rigid:
             return fit, ()
-        from mocap_skel.rig.animation import Choice, animate, animation_notes
-        from mocap_skel.rig.motion import Limits
+        from mocap_skel.rig.animation import animate, animation_notes
         from mocap_skel.rig.rigid_fit import rigid_fit
 
-        choice = Choice(Limits(gap=self.max_gap), smooth=self.smooth, even=False)
-        animation = animate(fit, choice)
+        animation = animate(fit, self.choice)
         return rigid_fit(fit, animation.motion), animation_notes(animation)
+
+    @property
+    def choice(self) -> Choice:
+        """The same, as the rig takes it."""
+        from mocap_skel.rig.animation import Choice
+        from mocap_skel.rig.motion import Limits
+
+        return Choice(Limits(gap=self.max_gap), smooth=self.smooth, even=False)
+
+    def quality(self, fit: SkeletonFit) -> Quality | None:
+        """How good the rigid figure is whose tracks are asked for; None where those of the free fit are."""
+        return _quality(fit, self.choice) if self.rigid else None
 
 
 @dataclass(frozen=True)
@@ -149,6 +160,17 @@ class Animated(Options):
         limits = Limits(gap=self.max_gap, hold=hold)
         return Choice(limits, self.smooth, self.feet == "lock", not self.asymmetric)
 
+    def quality(self, fit: SkeletonFit) -> Quality:
+        """How good the figure is, over all frames in which it is known."""
+        return _quality(fit, self.choice)
+
+
+def _quality(fit: SkeletonFit, choice: Choice) -> Quality:
+    from mocap_skel.rig.animation import animate
+    from mocap_skel.rig.quality import quality_of
+
+    return quality_of(animate(fit, choice))
+
 
 def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig], tuple[str, ...]]:
     """The rigs of a fit, one a stretch of frames, and notes.
@@ -165,7 +187,6 @@ def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig
         ExportError: there are no two frames in a row in which the figure is known.
     """
     from mocap_skel.rig.animation import animate, animation_notes
-    from mocap_skel.rig.quality import quality_of
     from mocap_skel.rig.rigging import rig_of
 
     animation = animate(fit, options.choice)
@@ -175,7 +196,6 @@ def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig
     chosen = sorted(stretches) if options.stretches == "all" else stretches[:1]
     notes = [
         *_absences(fit, animation),
-        str(quality_of(animation)),
         *animation_notes(animation),
         *_left_out(animation, chosen),
     ]

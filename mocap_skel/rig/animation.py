@@ -57,6 +57,8 @@ class Animation:
         rate: frames a second.
         up: the clip's vertical axis.
         frame_numbers: (F,), the file's own.
+        recorded: of each segment the markers as they were recorded, before the filter, (F, M, 3) in the order of
+            the motion's model.
     """
 
     motion: RigidMotion
@@ -67,6 +69,7 @@ class Animation:
     rate: float
     up: str
     frame_numbers: NDArray[np.int64]
+    recorded: tuple[Array, ...]
 
     @property
     def vertical(self) -> Array:
@@ -83,7 +86,9 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
         choice: what the figure shall be.
     """
     vertical = np.eye(3)[AXES.index(fit.up)]
-    model, cutoff = _filtered(model_of(fit), fit.rate, choice.smooth)
+    model = model_of(fit)
+    recorded = {s.name: own for s, own in zip(model.segments, model.points, strict=True)}
+    model, cutoff = _filtered(model, fit.rate, choice.smooth)
     if choice.even:
         # Before the fit: the markers decide where the changed bones are.
         rest, _ = _rested(model, vertical)
@@ -104,7 +109,15 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
         ends = {i: rest[i].T @ even[model.segments[i].name] for i in ends}
     motion = replace(motion, model=replace(model, ends=ends))
     return Animation(
-        motion, tuple(rest), tuple(average), feet, cutoff, fit.rate, fit.up, fit.frame_numbers
+        motion,
+        tuple(rest),
+        tuple(average),
+        feet,
+        cutoff,
+        fit.rate,
+        fit.up,
+        fit.frame_numbers,
+        tuple(recorded[segment.name] for segment in motion.model.segments),
     )
 
 
