@@ -195,7 +195,7 @@ def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig
         raise ExportError(f"{fit.clip}: no two frames in a row show a whole figure")
     chosen = sorted(stretches) if options.stretches == "all" else stretches[:1]
     notes = [
-        *_absences(fit, animation),
+        *absences(fit, animation),
         *animation_notes(animation),
         *_left_out(animation, chosen),
     ]
@@ -208,7 +208,7 @@ def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig
     return rigs, tuple(dict.fromkeys(notes))
 
 
-def _absences(fit: SkeletonFit, animation: Animation) -> list[str]:
+def absences(fit: SkeletonFit, animation: Animation) -> list[str]:
     """Joints and poses that the figure does not have."""
     from mocap_skel.text import listed
 

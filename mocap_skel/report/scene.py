@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from mocap_skel.clip import AXES, Clip
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
+from mocap_skel.report.bands import Band
 from mocap_skel.report.ellipsoid import ellipsoid
 from mocap_skel.report.view import first_front
 from mocap_skel.rig.bridging import runs
@@ -49,13 +51,21 @@ class Scene:
     every: int
 
 
-def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
+def scene(
+    clip: Clip,
+    assignment: Assignment,
+    fit: SkeletonFit,
+    floor: float | None = None,
+    bands: Sequence[Band] = (),
+) -> Scene:
     """Collect the moving figure, its markers, and the ellipsoids of its joint centres.
 
     Args:
         clip: the recording.
         assignment: which of its markers are whose.
         fit: what came of them, in the clip's own axes.
+        floor: metres along the vertical; None = where the figure comes lowest.
+        bands: stretches of frames that are marked.
     """
     tracks = dict(fit.tracks())
     markers = _markers(clip, assignment, fit)
@@ -82,7 +92,12 @@ def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
         "every": every,
         "rate": float(clip.rate),
         "up": AXES.index(fit.up),
-        "floor": _floor(positions[..., AXES.index(fit.up)]),
+        "floor": _floor(positions[..., AXES.index(fit.up)]) if floor is None else round(floor, 4),
+        # In frames of the file, as `leftOut`.
+        "bands": [
+            [clip.first_frame + band.start, clip.first_frame + band.stop, band.words]
+            for band in bands
+        ],
         "front": np.round(first_front(fit), 4).tolist(),
         "step": step,
         "middle": np.round(middle, 6).tolist(),

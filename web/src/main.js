@@ -39,6 +39,14 @@ class Player {
     by('scrub').addEventListener('input', () => { this.play(false); this.go(Number(by('scrub').value)); });
     by('play').addEventListener('click', () => this.play(!this.playing));
     this.play(false);
+    // Bands of the line, and numbers of frames in tables.
+    for (const element of document.querySelectorAll('[data-frame]')) {
+      element.addEventListener('click', () => {
+        const { firstFrame, every } = this.data.about;
+        this.play(false);
+        this.go(Math.floor((Number(element.dataset.frame) - firstFrame) / every));
+      });
+    }
   }
 
   #switches() {
@@ -161,7 +169,10 @@ class Player {
     if (frame === this.drawn) return;
     this.drawn = frame;
     by('scrub').value = frame;
-    by('where').textContent = `frame ${this.data.number(frame)} · ${this.data.time(frame).toFixed(2)} s`;
+    const number = this.data.number(frame);
+    const said = this.data.about.bands.filter(([start, stop]) => start <= number && number < stop);
+    by('where').textContent = `frame ${number} · ${this.data.time(frame).toFixed(2)} s`;
+    by('done').replaceChildren(...said.map(([, , words]) => Object.assign(document.createElement('p'), { textContent: words })));
   }
 
   /** Milliseconds for each of so many frames, the picture finished: for tests and measurements. */

@@ -3,9 +3,11 @@ import {
   Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { extent } from './extent.js';
+import { extent, most } from './extent.js';
 import { Figure } from './figure.js';
 
+// The share of the view's height or width that the figure fills.
+const FILLS = 0.9;
 const COLOURS = ['view', 'grid', 'marker', 'other', 'pick', 'left-out'];
 
 export class Stage {
@@ -89,29 +91,34 @@ export class Stage {
       top: this.up.clone().addScaledVector(front, -0.001),
       start: front.clone().addScaledVector(right, 0.7).addScaledVector(this.up, 0.33),
     }[from].normalize();
-    const narrow = Math.min(1, 1.25 * this.camera.aspect);
-    const distance = (1.08 * this.extent.reach) / Math.sin((this.camera.fov * Math.PI) / 360) / narrow;
     const target = this.#middle();
     this.controls.target.copy(target);
-    this.camera.position.copy(target).addScaledVector(away, distance);
+    this.camera.position.copy(target).addScaledVector(away, this.#distance(away));
     this.followed = null;
     this.controls.update();
     this.stale = true;
   }
 
-  /** The middle of what is seen of the figure in this frame, or of its whole way. */
+  /** How far away the camera sees the whole figure, but for the wildest frames. */
+  #distance(away) {
+    const { poses, middle, reach } = this.extent;
+    const tall = FILLS * Math.tan((this.camera.fov * Math.PI) / 360);
+    const wide = tall * this.camera.aspect;
+    const right = new Vector3().crossVectors(this.up, away).normalize();
+    const up = new Vector3().crossVectors(away, right);
+    const point = new Vector3();
+    const needed = poses.map((pose) => Math.max(...pose.map((one) => {
+      point.subVectors(one, middle);
+      return point.dot(away) + Math.max(Math.abs(point.dot(right)) / wide, Math.abs(point.dot(up)) / tall);
+    })));
+    return Math.max(most(needed, 0.97) ?? 2 * reach / Math.min(tall, wide), 3 * this.camera.near);
+  }
+
+  /** The middle of the figure's box, about its root in this frame; where it is not seen, of its whole way. */
   #middle() {
-    const low = new Vector3(Infinity, Infinity, Infinity);
-    const high = low.clone().negate();
     const at = new Vector3();
-    for (const { from, to } of this.data.about.bones) {
-      for (const end of [from, to]) {
-        if (!this.data.point(end, this.frame, at)) continue;
-        low.min(at);
-        high.max(at);
-      }
-    }
-    return low.x > high.x ? this.extent.low.clone().lerp(this.extent.high, 0.5) : low.lerp(high, 0.5);
+    if (this.data.point(this.data.about.root, this.frame, at)) return at.add(this.extent.middle);
+    return this.extent.low.clone().lerp(this.extent.high, 0.5);
   }
 
   /** Draws a frame. */
