@@ -94,7 +94,7 @@ export class Stage {
     const target = this.#middle();
     this.controls.target.copy(target);
     this.camera.position.copy(target).addScaledVector(away, this.#distance(away));
-    this.followed = null;
+    this.followed = this.#root(this.frame);
     this.controls.update();
     this.stale = true;
   }
@@ -116,8 +116,8 @@ export class Stage {
 
   /** The middle of the figure's box, about its root in this frame; where it is not seen, of its whole way. */
   #middle() {
-    const at = new Vector3();
-    if (this.data.point(this.data.about.root, this.frame, at)) return at.add(this.extent.middle);
+    const at = this.#root(this.frame);
+    if (at) return at.add(this.extent.middle);
     return this.extent.low.clone().lerp(this.extent.high, 0.5);
   }
 
@@ -132,9 +132,15 @@ export class Stage {
     this.stale = false;
   }
 
-  #keepUp(frame) {
+  /** Where the root is in a frame; null where it is not seen. */
+  #root(frame) {
     const at = new Vector3();
-    if (!this.follow || !this.data.point(this.data.about.root, frame, at)) return;
+    return this.data.point(this.data.about.root, frame, at) ? at : null;
+  }
+
+  #keepUp(frame) {
+    const at = this.follow && this.#root(frame);
+    if (!at) return;
     if (this.followed) {
       const moved = at.clone().sub(this.followed);
       this.controls.target.add(moved);
