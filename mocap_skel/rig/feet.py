@@ -19,6 +19,9 @@ from mocap_skel.segments.pose import Array
 SLOW, LOW = 0.3, 0.04
 # Seconds: a shorter stand is a turning point of the swing, a shorter break is noise.
 STAND, BREAK = 0.1, 0.05
+# Seconds, and share of a clip: a foot that stands less than the smaller of both in all does not stand at all, but
+# turns in the air, as those of a person who is filmed sitting or hanging.
+STANDS, STANDING = 0.5, 0.05
 # The share of slow places below which a marker is taken to stand.
 LOWEST = 0.1
 # Metres: markers of a sole are no higher than that over the floor, else the floor is not at zero. Where it is not,
@@ -89,7 +92,7 @@ def find_feet(model: Model, poses: Poses, up: Array, rate: float, rest: Sequence
                 continue
             low = float(np.quantile(height[slow], LOWEST))
             stands = _steady(slow & (height < low + LOW), rate)
-            if stands.any():
+            if stands.sum() > min(STANDS * rate, STANDING * len(stands)):
                 found.append((s, marker, place, stands, float(np.median(height[stands]))))
     heights = [above for *_, above in found]
     lowest = min(heights, default=0.0)
