@@ -7,13 +7,8 @@ text is escaped, and the content security policy lets nothing run but the viewer
 from __future__ import annotations
 
 import base64
-import hashlib
-import json
-import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from html import escape
-from importlib.resources import files
 from pathlib import Path
 from string import Template
 
@@ -26,6 +21,7 @@ from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
 from mocap_skel.report.coverage import COLOURS, coverage_map
 from mocap_skel.report.ellipsoid import ERRORS
+from mocap_skel.report.inline import asset, in_json, policy, text
 from mocap_skel.report.looks import LOOKS, style_of_verdicts
 from mocap_skel.report.scene import LARGEST, Scene, scene
 from mocap_skel.report.terminal import JOINT_HEAD, joint_cells
@@ -62,13 +58,10 @@ def page(content: PageContent) -> str:
     """The text of the whole page, one HTML file that loads nothing."""
     fit = content.fit
     made = scene(content.clip, content.assignment, fit)
-    style, script = style_of_verdicts() + _asset("style.css"), _asset("viewer.bundle.js")
+    style, script = style_of_verdicts() + asset("style.css"), asset("viewer.bundle.js")
     who = f" · {fit.subject}" if fit.subject else ""
-    return Template(_asset("template.html")).substitute(
-        policy=(
-            f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
-            "base-uri 'none'; form-action 'none'"
-        ),
+    return Template(asset("template.html")).substitute(
+        policy=policy(script, style),
         style=style,
         script=script,
         title=text(Path(fit.clip).name + who),
@@ -82,39 +75,9 @@ def page(content: PageContent) -> str:
         version=text(__version__),
         deviations=f"{ERRORS:g}",
         largest=f"{100 * LARGEST:g} cm",
-        scene=_json(made.about),
+        scene=in_json(made.about),
         samples=base64.b64encode(made.packed).decode(),
     )
-
-
-def text(value: object) -> str:
-    """Any value as text that is safe in HTML, between tags or in an attribute.
-
-    Control characters, halves of surrogate pairs and the marks that turn the direction of writing round
-    could make a label look like what it is not: each of them becomes �.
-
-    >>> text("<b> & \u202e")
-    '&lt;b&gt; &amp; �'
-    """
-    return escape("".join(_plain(c) for c in str(value)))
-
-
-def _plain(c: str) -> str:
-    return "\ufffd" if unicodedata.category(c) in ("Cc", "Cf", "Cs") else c
-
-
-def _json(value: object) -> str:
-    """JSON in ASCII without < > &, so that an HTML parser finds no tag in it."""
-    dumped = json.dumps(value, allow_nan=False, separators=(",", ":"))
-    return dumped.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _asset(name: str) -> str:
-    return (files("mocap_skel.report") / "page" / name).read_text(encoding="utf-8")
-
-
-def _hash(inline: str) -> str:
-    return f"sha256-{base64.b64encode(hashlib.sha256(inline.encode()).digest()).decode()}"
 
 
 def _verdict(fit: SkeletonFit) -> str:

@@ -3,14 +3,13 @@ import {
   Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { extent } from './extent.js';
-import { Figure } from './figure.js';
+import { ends, extent } from './extent.js';
 
 const COLOURS = ['view', 'grid', 'marker', 'other', 'pick', 'left-out'];
 
 export class Stage {
-  /** Throws where the browser has no WebGL. */
-  constructor(data, view) {
+  /** Throws where the browser has no WebGL. `Figure` is the class of what moves on it. */
+  constructor(data, view, Figure) {
     this.data = data;
     this.view = view;
     this.extent = extent(data);
@@ -104,12 +103,10 @@ export class Stage {
     const low = new Vector3(Infinity, Infinity, Infinity);
     const high = low.clone().negate();
     const at = new Vector3();
-    for (const { from, to } of this.data.about.bones) {
-      for (const end of [from, to]) {
-        if (!this.data.point(end, this.frame, at)) continue;
-        low.min(at);
-        high.max(at);
-      }
+    for (const end of ends(this.data.about)) {
+      if (!this.data.point(end, this.frame, at)) continue;
+      low.min(at);
+      high.max(at);
     }
     return low.x > high.x ? this.extent.low.clone().lerp(this.extent.high, 0.5) : low.lerp(high, 0.5);
   }
@@ -154,9 +151,9 @@ export class Stage {
     });
   }
 
-  /** What lies nearest to a place on the screen: { kind, index } or null. */
-  nearest(x, y) {
-    let best = 14;
+  /** What lies nearest to a place on the screen, at most so many pixels away: { kind, index } or null. */
+  nearest(x, y, within = 14) {
+    let best = within;
     let found = null;
     const look = (kind, places, allowed) => places.forEach((one, index) => {
       const at = allowed(index) ? this.screen(one) : null;
