@@ -53,6 +53,7 @@ class Association:
         skeleton: the figure whose markers and segments it names.
         rules: its lines, in their order.
         ignored: shell patterns of the labels that it leaves out on purpose.
+        figure: the skeleton as `@skeleton` names it.
 
     >>> read_association("right_leg").skeleton.joints
     ('RightKnee', 'RightAnkle')
@@ -62,6 +63,7 @@ class Association:
     skeleton: Skeleton
     rules: tuple[Rule, ...]
     ignored: tuple[str, ...]
+    figure: str = STANDARD
 
 
 @dataclass(frozen=True)
@@ -130,6 +132,7 @@ def _read(path: Path, skeleton: str | Path | None) -> Association:
     rules: list[tuple[int, list[tuple[str, int]]]] = []
     ignored: list[str] = []
     named: int | None = None
+    figure = STANDARD if skeleton is None else str(skeleton)
     for number, line in enumerate(lines, 1):
         words = list(_words(line, f"{path}:{number}"))
         if not words:
@@ -142,6 +145,7 @@ def _read(path: Path, skeleton: str | Path | None) -> Association:
                 )
             with ours(f"{path}:{number}", AssociationError):
                 own, named = _beside(path, words[1][0]), number
+            figure = words[1][0] if skeleton is None else figure
         elif first == "ignore" and len(words) == 2:
             ignored.append(words[1][0])
         else:
@@ -157,7 +161,7 @@ def _read(path: Path, skeleton: str | Path | None) -> Association:
                 f"its markers: {listed(read.segment_of, 12)}",
             )
         rules, ignored = part, ignored + rest
-    return Association(str(path), read, tuple(_rules(rules, read, path)), tuple(ignored))
+    return Association(str(path), read, tuple(_rules(rules, read, path)), tuple(ignored), figure)
 
 
 def _of_the_figure(

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mocap_skel.report.inline import text
 from mocap_skel.report.moving import Moving
-from mocap_skel.report.safe_text import text
 from mocap_skel.rig.bridging import runs
 from mocap_skel.text import counted, listed
 

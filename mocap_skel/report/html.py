@@ -7,10 +7,8 @@ text is escaped, and the content security policy lets nothing run but the viewer
 from __future__ import annotations
 
 import base64
-import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from string import Template
 
@@ -24,10 +22,10 @@ from mocap_skel.labels.association import Assignment
 from mocap_skel.report.bands import bands_of, legend, strip
 from mocap_skel.report.coverage import COLOURS, coverage_map
 from mocap_skel.report.ellipsoid import ERRORS
+from mocap_skel.report.inline import asset, in_json, policy, text
 from mocap_skel.report.looks import ALARM, LOOKS, style_of_verdicts
 from mocap_skel.report.moving import Moving, moving
 from mocap_skel.report.rig_section import rig_section
-from mocap_skel.report.safe_text import safe_json, text
 from mocap_skel.report.scene import LARGEST, Scene, scene
 from mocap_skel.report.terminal import JOINT_HEAD, joint_cells
 from mocap_skel.results.series import marker_tracks, radial
@@ -65,13 +63,10 @@ def page(content: PageContent) -> str:
     fit, shown = content.fit, moving(content.fit)
     bands = bands_of(shown)
     made = scene(content.clip, content.assignment, shown.fit, shown.floor, bands)
-    style, script = style_of_verdicts() + _asset("style.css"), _asset("viewer.bundle.js")
+    style, script = style_of_verdicts() + asset("style.css"), asset("viewer.bundle.js")
     who = f" · {fit.subject}" if fit.subject else ""
-    return Template(_asset("template.html")).substitute(
-        policy=(
-            f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
-            "base-uri 'none'; form-action 'none'"
-        ),
+    return Template(asset("template.html")).substitute(
+        policy=policy(script, style),
         style=style,
         script=script,
         title=text(Path(fit.clip).name + who),
@@ -89,17 +84,9 @@ def page(content: PageContent) -> str:
         version=text(__version__),
         deviations=f"{ERRORS:g}",
         largest=f"{100 * LARGEST:g} cm",
-        scene=safe_json(made.about),
+        scene=in_json(made.about),
         samples=base64.b64encode(made.packed).decode(),
     )
-
-
-def _asset(name: str) -> str:
-    return (files("mocap_skel.report") / "page" / name).read_text(encoding="utf-8")
-
-
-def _hash(inline: str) -> str:
-    return f"sha256-{base64.b64encode(hashlib.sha256(inline.encode()).digest()).decode()}"
 
 
 def _short(fit: SkeletonFit, shown: Moving) -> str:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from mocap_skel.report.inline import text
 from mocap_skel.report.looks import ALARM
 from mocap_skel.report.moving import Moving
 from mocap_skel.report.rig_table import COLUMNS, Column, alarming, rig_summary
-from mocap_skel.report.safe_text import text
 from mocap_skel.rig.quality import Quality, SegmentQuality
 
 # What a card on a phone has in its first line.

@@ -73,7 +73,7 @@ def scene(
     parents = [name for name in fit.segments if any(j.parent == name for j in fit.joints)]
     every = max(1, -(-clip.frames * len(points) // MOST_SAMPLES))
     positions = np.stack(points, axis=1)[::every]
-    middle = _middle(positions)
+    middle = middles(positions)
     step = step_of(positions - middle)
     rotations = [fit.segments[name].pose.rotation[::every, :, :2] for name in parents]
     axes = np.stack(rotations, axis=1) if rotations else np.empty((len(positions), 0, 3, 2))
@@ -92,7 +92,9 @@ def scene(
         "every": every,
         "rate": float(clip.rate),
         "up": AXES.index(fit.up),
-        "floor": _floor(positions[..., AXES.index(fit.up)]) if floor is None else round(floor, 4),
+        "floor": floor_height(positions[..., AXES.index(fit.up)])
+        if floor is None
+        else round(floor, 4),
         # In frames of the file, as `leftOut`.
         "bands": [
             [clip.first_frame + band.start, clip.first_frame + band.stop, band.words]
@@ -182,15 +184,15 @@ def _markers(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> list[dict[
     return found
 
 
-def _middle(positions: Array) -> Array:
-    """(points, 3) the middle between the lowest and the highest place of each track along each axis."""
+def middles(positions: Array) -> Array:
+    """The middle (points, 3) between the lowest and the highest place of each track along each axis."""
     known = np.isfinite(positions)
     low = np.where(known, positions, np.inf).min(axis=0)
     high = np.where(known, positions, -np.inf).max(axis=0)
     return np.where(np.isfinite(low), 0.5 * (np.where(np.isfinite(low), low, 0.0) + high), 0.0)
 
 
-def _floor(heights: Array) -> float:
+def floor_height(heights: Array) -> float:
     """The height of the floor: 0 if the figure comes about as low as that, else its lowest height."""
     known = heights[np.isfinite(heights)]
     lowest = float(np.quantile(known, 0.001)) if known.size else 0.0

@@ -3,13 +3,17 @@ import { Vector3 } from 'three';
 
 const FRAMES = 60;
 
+/** The points by which the camera finds its distance: the ends of all bones, or those that the scene names. */
+export function ends({ ends: named, bones, root }) {
+  return named ?? [...new Set([root, ...bones.flatMap((bone) => [bone.from, bone.to])])];
+}
+
 /**
  * Lowest and highest corner of the whole way; and about the root, the middle of the figure's box, its reach, and the
  * places that its points take in each of some frames.
  */
 export function extent(data) {
-  const { frames, bones, root } = data.about;
-  const ends = [...new Set([root, ...bones.flatMap((bone) => [bone.from, bone.to])])];
+  const { frames, root } = data.about;
   const low = new Vector3(Infinity, Infinity, Infinity);
   const high = low.clone().negate();
   const at = new Vector3();
@@ -19,7 +23,7 @@ export function extent(data) {
     const frame = Math.floor((i / FRAMES) * frames);
     const rooted = data.point(root, frame, home);
     const pose = [];
-    for (const end of ends) {
+    for (const end of ends(data.about)) {
       if (!data.point(end, frame, at)) continue;
       low.min(at);
       high.max(at);

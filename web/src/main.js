@@ -1,44 +1,17 @@
-// The player: buttons, keys, and the loop that draws a frame when there is a new one.
-import { load } from './data.js';
+// The report page: the player with its switches, and what is picked in it.
+import { Figure } from './figure.js';
+import { Playing, start } from './playing.js';
 import { Stage } from './stage.js';
 
 const by = (id) => document.getElementById(id);
 const SWITCHES = { markers: 'm', others: 'o', labels: 'n', ellipsoids: 'e', follow: 'f' };
 const VIEWS = { 1: 'front', 2: 'side', 3: 'top', r: 'start' };
 
-class Player {
+class Player extends Playing {
   constructor(data, stage) {
-    this.data = data;
-    this.stage = stage;
-    this.playing = false;
-    this.at = 0;
-    this.drawn = -1;
-    this.last = 0;
-    this.#controls();
+    super(data, stage);
     this.#switches();
     this.#picking();
-    addEventListener('keydown', (event) => this.#key(event));
-    requestAnimationFrame((now) => this.#tick(now));
-  }
-
-  get frame() {
-    return Math.min(Math.floor(this.at), this.data.about.frames - 1);
-  }
-
-  play(playing) {
-    this.playing = playing && this.data.about.frames > 1;
-    by('play').textContent = this.playing ? '❚❚' : '▶';
-  }
-
-  go(frame) {
-    this.at = Math.max(0, Math.min(frame, this.data.about.frames - 1));
-  }
-
-  #controls() {
-    by('scrub').max = this.data.about.frames - 1;
-    by('scrub').addEventListener('input', () => { this.play(false); this.go(Number(by('scrub').value)); });
-    by('play').addEventListener('click', () => this.play(!this.playing));
-    this.play(false);
     // Bands of the line, and numbers of frames in tables.
     for (const element of document.querySelectorAll('[data-frame]')) {
       element.addEventListener('click', () => {
@@ -126,52 +99,15 @@ class Player {
     box.replaceChildren(...lines.map((line) => Object.assign(document.createElement('p'), { textContent: line })));
   }
 
-  #key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const { tagName, type } = event.target;
-    // Keys that a control under the cursor takes for itself.
-    if (tagName === 'SELECT' || (type === 'range' && event.key.startsWith('Arrow'))) return;
-    if ((tagName === 'BUTTON' || tagName === 'SUMMARY' || type === 'checkbox') && event.key === ' ') return;
-    const ten = event.shiftKey ? 10 : 1;
-    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  keys(key) {
     const switched = Object.keys(SWITCHES).find((id) => SWITCHES[id] === key);
-    const speed = by('speed');
-    const step = (frames) => { this.play(false); this.go(this.frame + frames); };
-    const keys = {
-      ' ': () => this.play(!this.playing),
-      ArrowLeft: () => step(-ten),
-      ArrowRight: () => step(ten),
-      Home: () => this.go(0),
-      End: () => this.go(Infinity),
-      '+': () => { speed.selectedIndex = Math.min(speed.selectedIndex + 1, speed.options.length - 1); },
-      '-': () => { speed.selectedIndex = Math.max(speed.selectedIndex - 1, 0); },
-      Escape: () => this.pick(-1),
-    };
-    if (switched) by(switched).click();
-    else if (VIEWS[key]) this.stage.look(VIEWS[key]);
-    else if (keys[key]) keys[key]();
-    else return;
-    event.preventDefault();
+    if (switched) return () => by(switched).click();
+    if (VIEWS[key]) return () => this.stage.look(VIEWS[key]);
+    return { Escape: () => this.pick(-1) }[key];
   }
 
-  #tick(now) {
-    requestAnimationFrame((next) => this.#tick(next));
-    const passed = Math.min(now - this.last, 250) / 1000;
-    this.last = now;
-    const { frames, rate, every } = this.data.about;
-    if (this.playing) this.at = (this.at + (passed * rate * Number(by('speed').value)) / every) % frames;
-    if (this.frame !== this.drawn || this.stage.stale) this.draw();
-  }
-
-  draw() {
-    const { frame } = this;
-    this.stage.draw(frame);
-    if (frame === this.drawn) return;
-    this.drawn = frame;
-    by('scrub').value = frame;
-    const number = this.data.number(frame);
+  told(number) {
     const said = this.data.about.bands.filter(([start, stop]) => start <= number && number < stop);
-    by('where').textContent = `frame ${number} · ${this.data.time(frame).toFixed(2)} s`;
     by('done').replaceChildren(...said.map(([, , words]) => Object.assign(document.createElement('p'), { textContent: words })));
   }
 
@@ -192,23 +128,8 @@ class Player {
   }
 }
 
-async function start() {
-  const message = by('message');
-  let data;
-  try {
-    data = await load();
-  } catch (error) {
-    message.textContent = `The figure cannot be unpacked: it needs a browser of 2023 or later (${error.message}).`;
-    return;
-  }
-  try {
-    const player = new Player(data, new Stage(data, by('view')));
-    message.textContent = '';
-    window.mocapSkel = player;
-    player.play(!matchMedia('(prefers-reduced-motion: reduce)').matches);
-  } catch (error) {
-    message.textContent = `The figure cannot be drawn: it needs WebGL (${error.message}).`;
-  }
-}
-
-start();
+start((data) => {
+  const player = new Player(data, new Stage(data, by('view'), Figure));
+  player.play(!matchMedia('(prefers-reduced-motion: reduce)').matches);
+  return player;
+});

@@ -4,15 +4,14 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { extent, most } from './extent.js';
-import { Figure } from './figure.js';
 
 // The share of the view's height or width that the figure fills.
 const FILLS = 0.9;
 const COLOURS = ['view', 'grid', 'marker', 'other', 'pick', 'left-out'];
 
 export class Stage {
-  /** Throws where the browser has no WebGL. */
-  constructor(data, view) {
+  /** Throws where the browser has no WebGL. `Figure` is the class of what moves on it. */
+  constructor(data, view, Figure) {
     this.data = data;
     this.view = view;
     this.extent = extent(data);
@@ -167,9 +166,9 @@ export class Stage {
     });
   }
 
-  /** What lies nearest to a place on the screen: { kind, index } or null. */
-  nearest(x, y) {
-    let best = 14;
+  /** What lies nearest to a place on the screen, at most so many pixels away: { kind, index } or null. */
+  nearest(x, y, within = 14) {
+    let best = within;
     let found = null;
     const look = (kind, places, allowed) => places.forEach((one, index) => {
       const at = allowed(index) ? this.screen(one) : null;
