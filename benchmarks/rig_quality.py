@@ -21,6 +21,7 @@ from mocap_skel.rig.animation import Animation, Choice, animate
 from mocap_skel.rig.blocks import apply
 from mocap_skel.rig.bridging import steps
 from mocap_skel.rig.feet import point_track, speed
+from mocap_skel.rig.freedoms import Hinge
 from mocap_skel.rig.model import model_of
 from mocap_skel.rig.motion import residuals, rigid_motion
 
@@ -42,7 +43,8 @@ def line(name: str, fit) -> str:
                 np.mean(np.sum(np.cross(apply(turns[h.segment], h.below).T, h.above) ** 2, axis=1))
             )
         )
-        for h in motion.model.hinges
+        for h in motion.model.freedoms
+        if isinstance(h, Hinge)
     ]
     marker, unlocked, floor = soles(free, marked=True)
     _, held, _ = soles(locked)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.clip import AXES
+from mocap_skel.figure.full_rig import full_rig
 from mocap_skel.rig.bridging import runs
 from mocap_skel.rig.feet import Feet, find_feet, held_feet
 from mocap_skel.rig.filtering import chosen_cutoff, low_passed
+from mocap_skel.rig.fuller import fuller
 from mocap_skel.rig.model import Model, model_of
 from mocap_skel.rig.motion import Limits, RigidMotion, rigid_motion
 from mocap_skel.rig.rest_pose import Bone, rest_pose
@@ -35,12 +37,14 @@ class Choice:
         smooth: hertz above which the markers' movement is taken away; AUTO = by residual analysis; 0 = nothing is.
         lock: hold each sole where it stands.
         even: bones of one length on both sides.
+        full: with the joints that animators know and no marker shows (`figure/full_rig.toml`).
     """
 
     limits: Limits = field(default_factory=Limits)
     smooth: float | str = AUTO
     lock: bool = False
     even: bool = True
+    full: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +61,7 @@ class Animation:
         rate: frames a second.
         up: the clip's vertical axis.
         frame_numbers: (F,), the file's own.
+        lacking: joints of the full rig that the figure cannot have; empty where it was not asked for.
     """
 
     motion: RigidMotion
@@ -67,6 +72,7 @@ class Animation:
     rate: float
     up: str
     frame_numbers: NDArray[np.int64]
+    lacking: tuple[str, ...] = ()
 
     @property
     def vertical(self) -> Array:
@@ -84,11 +90,13 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
     """
     vertical = np.eye(3)[AXES.index(fit.up)]
     model, cutoff = _filtered(model_of(fit), fit.rate, choice.smooth)
+    lacking: tuple[str, ...] = ()
+    # Before the fit: the markers decide where the changed bones are.
     if choice.even:
-        # Before the fit: the markers decide where the changed bones are.
-        rest, _ = _rested(model, vertical)
-        offsets = even_offsets(model.segments, model.bones.parents, model.bones.offsets, rest)
-        model = replace(model, bones=replace(model.bones, offsets=offsets))
+        model = _even(model, vertical)
+    if choice.full:
+        model, lacking = fuller(model, _rested(model, vertical)[0], full_rig())
+        model = _even(model, vertical) if choice.even else model
     motion = rigid_motion(model, fit.rate, choice.limits)
     model = motion.model
     rest, average = _rested(model, vertical)
@@ -96,16 +104,25 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
     if choice.lock and feet.soles:
         poses = held_feet(motion.problem, motion.poses, feet, vertical, fit.rate)
         motion = replace(motion, poses=poses)
-    ends = _on_soles(model, feet)
-    rest, average = _rested(replace(model, ends=ends), vertical)
+    model = _on_soles(model, feet)
+    rest, average = _rested(model, vertical)
+    model = _level(model, rest)
     if choice.even:
-        turned = {model.segments[i].name: rest[i] @ end for i, end in ends.items()}
+        turned = {model.segments[i].name: rest[i] @ end for i, end in model.ends.items()}
         even = even_points(turned)
-        ends = {i: rest[i].T @ even[model.segments[i].name] for i in ends}
-    motion = replace(motion, model=replace(model, ends=ends))
+        ends = {i: rest[i].T @ even[model.segments[i].name] for i in model.ends}
+        model = replace(model, ends=ends)
+    motion = replace(motion, model=model)
     return Animation(
-        motion, tuple(rest), tuple(average), feet, cutoff, fit.rate, fit.up, fit.frame_numbers
-    )
+        motion, tuple(rest), tuple(average), feet, cutoff, fit.rate, fit.up, fit.frame_numbers,
+        lacking,
+    )  # fmt: skip
+
+
+def _even(model: Model, vertical: Array) -> Model:
+    rest, _ = _rested(model, vertical)
+    offsets = even_offsets(model.segments, model.bones.parents, model.bones.offsets, rest)
+    return replace(model, bones=replace(model.bones, offsets=offsets))
 
 
 def _filtered(model: Model, rate: float, smooth: float | str) -> tuple[Model, float | None]:
@@ -125,28 +142,47 @@ def _rested(model: Model, vertical: Array) -> tuple[list[Array], list[str]]:
             model.bones.parents[i],
             zero,
             model.bones.offsets[i],
-            model.ends.get(i),
+            model.ends.get(i, model.tips.get(i)),
             turns[i],
+            model.rested.get(i),
         )
         for i, segment in enumerate(model.segments)
     ]
     return rest_pose(bones, vertical)
 
 
-def _on_soles(model: Model, feet: Feet) -> dict[int, Array]:
-    """End points, those of feet on the sole instead of at the markers above it."""
-    ends = dict(model.ends)
-    for i in ends:
+def _on_soles(model: Model, feet: Feet) -> Model:
+    """Ends and tips, those of feet on the sole instead of at the markers above it."""
+    places = {}
+    for i in (*model.ends, *model.tips):
         chosen = model.segments[i].ends or model.markers[i]
         soles = [s.place for s in feet.soles if s.segment == i and s.marker in chosen]
         if soles:
-            ends[i] = np.mean(soles, axis=0)
-    return ends
+            places[i] = np.mean(soles, axis=0)
+    return replace(
+        model,
+        ends={i: places.get(i, end) for i, end in model.ends.items()},
+        tips={i: places.get(i, tip) for i, tip in model.tips.items()},
+    )
+
+
+def _level(model: Model, rest: Sequence[Array]) -> Model:
+    """Ends of toes as low in the rest pose as the sole that they go on from."""
+    ends = dict(model.ends)
+    for i, tip in model.tips.items():
+        for s in (s for s in ends if model.bones.parents[s] == i):
+            up = rest[i].T @ [0.0, 1.0, 0.0]
+            ends[s] = ends[s] + ((tip - model.bones.offsets[s] - ends[s]) @ up) * up
+    return replace(model, ends=ends)
 
 
 def animation_notes(animation: Animation) -> tuple[str, ...]:
     """What was done to the motion, one sentence each: filters, gaps, repairs, frames without a figure."""
     notes = []
+    if animation.lacking:
+        notes.append(
+            f"a full rig has joints that this figure has no segments for: {listed(animation.lacking)}"
+        )
     if animation.cutoff:
         notes.append(
             f"the markers' movement above {animation.cutoff:g} Hz is taken away (--smooth 0 keeps it)"
@@ -162,6 +198,8 @@ def animation_notes(animation: Animation) -> tuple[str, ...]:
         filled = {
             names[s]: [(b.start, b.stop) for b in motion.bridges if b.segment == s and b.by == by]
             for s in range(len(names))
+            # What no marker shows ever has no gaps of its own.
+            if names[s] not in motion.model.added
         }
         told = [f"{name} {spans(animation, found)}" for name, found in filled.items() if found]
         off = [b.residual for b in motion.bridges if b.by == by and np.isfinite(b.residual)]
