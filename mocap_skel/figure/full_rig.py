@@ -60,13 +60,12 @@ class Between:
 
 @dataclass(frozen=True)
 class Beyond:
-    """A bone put behind the last one of a limb, level in the rest pose.
+    """A bone put behind the last one of a limb, level where the limb stands.
 
     Attributes:
         segment: the last one.
         name, joint: its own, and its joint's.
-        at: markers of the segment, the best first; the joint is under the first one that is there.
-        below: by so many metres.
+        below: metres; so far is the joint under the limb's end.
         of: the marker from which its length is measured,
         ratio: as a share of the level distance to the joint;
         else_ratio: likewise from the segment's own joint, where that marker is missing.
@@ -77,7 +76,6 @@ class Beyond:
     segment: str
     name: str
     joint: str
-    at: tuple[str, ...]
     below: float
     of: str
     ratio: float

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mocap_skel.clip import AXES
 from mocap_skel.figure.full_rig import full_rig
 from mocap_skel.rig.bridging import runs
-from mocap_skel.rig.feet import Feet, find_feet, held_feet
+from mocap_skel.rig.feet import Feet, bent_toes, find_feet, held_feet
 from mocap_skel.rig.filtering import chosen_cutoff, low_passed
 from mocap_skel.rig.fuller import fuller
 from mocap_skel.rig.model import Model, model_of
@@ -112,7 +112,8 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
         even = even_points(turned)
         ends = {i: rest[i].T @ even[model.segments[i].name] for i in model.ends}
         model = replace(model, ends=ends)
-    motion = replace(motion, model=model)
+    poses = bent_toes(model, motion.poses, feet, vertical)
+    motion = replace(motion, model=model, poses=poses)
     return Animation(
         motion, tuple(rest), tuple(average), feet, cutoff, fit.rate, fit.up, fit.frame_numbers,
         lacking,
@@ -152,27 +153,32 @@ def _rested(model: Model, vertical: Array) -> tuple[list[Array], list[str]]:
 
 
 def _on_soles(model: Model, feet: Feet) -> Model:
-    """Ends and tips, those of feet on the sole instead of at the markers above it."""
-    places = {}
-    for i in (*model.ends, *model.tips):
-        chosen = model.segments[i].ends or model.markers[i]
-        soles = [s.place for s in feet.soles if s.segment == i and s.marker in chosen]
-        if soles:
-            places[i] = np.mean(soles, axis=0)
-    return replace(
-        model,
-        ends={i: places.get(i, end) for i, end in model.ends.items()},
-        tips={i: places.get(i, tip) for i, tip in model.tips.items()},
-    )
+    """Ends and tips, those of feet on the sole instead of at the markers above it; feet with toes stand flat at rest."""
+    ends, tips, segments = dict(model.ends), dict(model.tips), list(model.segments)
+    for i, segment in enumerate(model.segments):
+        chosen = segment.ends or model.markers[i]
+        soles = [s for s in feet.soles if s.segment == i and s.marker in chosen]
+        if not soles:
+            continue
+        place = np.mean([sole.place for sole in soles], axis=0)
+        if i in ends:
+            ends[i] = place
+        elif i in tips:
+            tips[i] = place
+            up = np.sum([sole.above - sole.place for sole in soles], axis=0)
+            up /= np.linalg.norm(up)
+            level = float(np.linalg.norm(np.cross(up, place)))
+            segments[i] = replace(segment, rest=(0.0, float(up @ place), level))
+    return replace(model, segments=tuple(segments), ends=ends, tips=tips)
 
 
 def _level(model: Model, rest: Sequence[Array]) -> Model:
-    """Ends of toes as low in the rest pose as the sole that they go on from."""
+    """Ends of toes forward in the rest pose, as low as the sole that they go on from."""
     ends = dict(model.ends)
     for i, tip in model.tips.items():
         for s in (s for s in ends if model.bones.parents[s] == i):
-            up = rest[i].T @ [0.0, 1.0, 0.0]
-            ends[s] = ends[s] + ((tip - model.bones.offsets[s] - ends[s]) @ up) * up
+            low = float((rest[i] @ (tip - model.bones.offsets[s]))[1])
+            ends[s] = rest[i].T @ [0.0, low, float(np.linalg.norm(ends[s]))]
     return replace(model, ends=ends)
 
 

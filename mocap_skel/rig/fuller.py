@@ -179,9 +179,8 @@ class _Draft:
         above = self.parts.get(one.segment)
         if above is None or above.end is None:
             return False
-        seen = [above.places[above.markers.index(m)] for m in one.at if m in above.markers]
         up, forward = above.rest.T @ [0.0, 1.0, 0.0], above.rest.T @ [0.0, 0.0, 1.0]
-        place = (seen or [above.end])[0] - one.below * up
+        place = above.end - one.below * up
         known = one.of in above.markers
         origin = above.places[above.markers.index(one.of)] if known else np.zeros(3)
         level = float(np.linalg.norm(LEVEL * (above.rest @ (place - origin))))
