@@ -26,6 +26,8 @@ from mocap_skel.text import listed
 # Animations of one fit that are kept: several formats show the same.
 KEPT = 2
 AUTO = "auto"
+# Metres: the joint of toes is at least so high over the sole, in the middle of toes as thick as twice that.
+LEAST_OVER = 0.01
 
 
 @dataclass(frozen=True)
@@ -106,13 +108,15 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
         motion = replace(motion, poses=poses)
     model = _on_soles(model, feet)
     rest, average = _rested(model, vertical)
-    model = _level(model, rest)
+    model = _toed(model, rest, choice.even)
     if choice.even:
         turned = {model.segments[i].name: rest[i] @ end for i, end in model.ends.items()}
         even = even_points(turned)
         ends = {i: rest[i].T @ even[model.segments[i].name] for i in model.ends}
         model = replace(model, ends=ends)
-    poses = bent_toes(model, motion.poses, feet, vertical)
+    poses = bent_toes(
+        model, motion.poses, feet, vertical, np.radians(choice.limits.speed) / fit.rate
+    )
     motion = replace(motion, model=model, poses=poses)
     return Animation(
         motion, tuple(rest), tuple(average), feet, cutoff, fit.rate, fit.up, fit.frame_numbers,
@@ -172,14 +176,26 @@ def _on_soles(model: Model, feet: Feet) -> Model:
     return replace(model, segments=tuple(segments), ends=ends, tips=tips)
 
 
-def _level(model: Model, rest: Sequence[Array]) -> Model:
-    """Ends of toes forward in the rest pose, as low as the sole that they go on from."""
-    ends = dict(model.ends)
-    for i, tip in model.tips.items():
-        for s in (s for s in ends if model.bones.parents[s] == i):
-            low = float((rest[i] @ (tip - model.bones.offsets[s]))[1])
-            ends[s] = rest[i].T @ [0.0, low, float(np.linalg.norm(ends[s]))]
-    return replace(model, ends=ends)
+def _toed(model: Model, rest: Sequence[Array], even: bool) -> Model:
+    """Toes forward in the rest pose, from above the sole of their foot down to its height.
+
+    Nothing shows where the joint of toes without markers is, so that it may still be put over the sole.
+    """
+    joints, ends, where = {}, {}, {}
+    for s in (s for s in model.ends if model.bones.parents[s] in model.tips):
+        foot, name = model.bones.parents[s], model.segments[s].name
+        tip, joint = rest[foot] @ model.tips[foot], rest[foot] @ model.bones.offsets[s]
+        if not model.markers[s]:
+            joint = np.array([tip[0], max(joint[1], tip[1] + LEAST_OVER), tip[2]])
+        joints[name], where[name] = joint, s
+        ends[name] = np.array([0.0, tip[1] - joint[1], float(np.linalg.norm(model.ends[s]))])
+    if even:
+        joints, ends = even_points(joints), even_points(ends)
+    offsets, placed = model.bones.offsets.copy(), dict(model.ends)
+    for name, s in where.items():
+        turn = rest[model.bones.parents[s]]
+        offsets[s], placed[s] = turn.T @ joints[name], turn.T @ ends[name]
+    return replace(model, bones=replace(model.bones, offsets=offsets), ends=placed)
 
 
 def animation_notes(animation: Animation) -> tuple[str, ...]:

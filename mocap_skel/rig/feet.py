@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.rig.blocks import apply, multiply, rotation, transposed
-from mocap_skel.rig.bridging import runs
+from mocap_skel.rig.bridging import eased, runs
 from mocap_skel.rig.model import Model
 from mocap_skel.rig.solver import Bones, Poses, Problem, Sums, marker_sums, solve
 from mocap_skel.segments.pose import Array
@@ -158,10 +158,17 @@ def held_feet(problem: Problem, poses: Poses, feet: Feet, up: Array, rate: float
     return Poses(turn, root)
 
 
-def bent_toes(model: Model, poses: Poses, feet: Feet, up: Array) -> Poses:
+def bent_toes(model: Model, poses: Poses, feet: Feet, up: Array, limit: float) -> Poses:
     """The motion with toes that lie on the floor while their foot rolls over them, instead of going through it.
 
     Toes are what hangs from a foot with a sole (`Model.tips`); their end keeps its direction as seen from above.
+
+    Args:
+        model: the figure.
+        poses: its motion.
+        feet: its soles and the floor.
+        up: (3,) the lab's vertical.
+        limit: radians; no toes turn farther from frame to frame.
     """
     soled = {sole.segment for sole in feet.soles}
     toes = [s for s in model.ends if model.bones.parents[s] in soled & set(model.tips)]
@@ -180,6 +187,9 @@ def bent_toes(model: Model, poses: Poses, feet: Feet, up: Array) -> Poses:
         angle = np.arcsin(lowest / length) - np.arcsin(np.clip(height / length, -1.0, 1.0))
         axis = np.cross(level.T, up).T * np.where(through, angle, 0.0)
         turn[:, :, s] = multiply(rotation(axis), turn[:, :, s])
+        foot = turn[:, :, model.bones.parents[s]]
+        local, _ = eased(multiply(transposed(foot), turn[:, :, s]), limit)
+        turn[:, :, s] = multiply(foot, local)
     return Poses(turn, poses.root)
 
 
