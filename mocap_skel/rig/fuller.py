@@ -14,9 +14,9 @@ import numpy as np
 
 from mocap_skel.figure.full_rig import Between, Beyond, FullRig, Row
 from mocap_skel.figure.skeleton import Segment
-from mocap_skel.rig.blocks import multiply
+from mocap_skel.rig.blocks import multiply, transposed
 from mocap_skel.rig.freedoms import Freedom, Shared, Spring, shares
-from mocap_skel.rig.model import Model
+from mocap_skel.rig.model import Model, mean_turn
 from mocap_skel.rig.solver import Bones, Poses
 from mocap_skel.segments.pose import Array
 
@@ -132,8 +132,14 @@ class _Draft:
         if toward is None:
             return False
         local = above.rest.T @ child.rest
-        steps = np.diff(row.at, prepend=0.0)[:, None] * (local @ toward)
         part = shares(above.turn, child.turn, local, len(row.joints))
+        mean = mean_turn(multiply(transposed(above.turn), child.turn))
+        # In a line on the clip's average, where the fit has the segment; each step in the axes of the bone before it.
+        bent = shares(np.eye(3)[..., None], mean[..., None], local, len(row.joints))[..., 0]
+        steps = [
+            np.linalg.matrix_power(bent, k).T @ (share * (mean @ toward))
+            for k, share in enumerate(np.diff(row.at, prepend=0.0))
+        ]
         parent, turn = row.parent, above.turn
         first = child.offset
         for name, joint, step in zip(row.names, row.joints, steps, strict=False):

@@ -23,6 +23,12 @@ SHOWN = 0.01
 # digits of ankles, wrists and elbows.
 ALTERNATIONS = 30
 STARTS = np.array([[1.0, 1, 1], [1, 1, -1], [1, -1, 1], [-1, 1, 1]]) / np.sqrt(3.0)
+# A joint shows its two axes if the cosine between others varies by more than this, the square of what a swing through
+# 26 degrees to each side has; and by so many times what the cosine between these does, else it is a ball. So it is if
+# the angle between these strays by more than 2 STRAY.
+SHOWN_TWO, CLEARER = 0.001, 4.0
+# Cosine: two axes nearer to each other are one, by eye; ankles, wrists and elbows have 60 to 90 degrees between theirs.
+ALONG = 0.87
 # Metres: no marker is put on more exactly than that, so none weighs more.
 PLACED = 0.002
 
@@ -237,10 +243,13 @@ def universal(segment: int, turn: Array) -> Universal | None:
         # What both axes have to be told from: the next best direction of either.
         found.append((below[0], min(above[1], below[1]), u, v))
     least, next_best, u, v = min(found, key=lambda one: one[0])
-    if next_best - least < SHOWN:
+    if next_best < max(SHOWN_TWO, CLEARER * least):
         return None
-    cosine = float(np.clip(u @ known.mean(axis=2) @ v, -1.0, 1.0))
-    return Universal(segment, u, v, float(np.arccos(cosine)), 1.0 / STRAY**2)
+    angles = np.arccos(np.clip(np.einsum("i,ijf,j->f", u, known, v), -1.0, 1.0))
+    angle = float(angles.mean())
+    if abs(np.cos(angle)) > ALONG or angles.std() > 2.0 * STRAY:
+        return None
+    return Universal(segment, u, v, angle, 1.0 / STRAY**2)
 
 
 def _least(matrix: Array) -> tuple[Array, Array]:

@@ -275,7 +275,9 @@ def _told(problem: Problem, poses: Poses, missing: NDArray[np.bool_]) -> NDArray
     told = ~missing
     if not missing.any():
         return told
-    every = known_turns(problem, poses)
+    # Parts of a turn say nothing of the whole.
+    freedoms = tuple(one for one in problem.freedoms if not isinstance(one, Shared))
+    every = known_turns(replace(problem, freedoms=freedoms), poses)
     for s in np.flatnonzero(missing.any(axis=1)).tolist():
         if missing[s].all():
             continue
