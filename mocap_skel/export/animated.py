@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from mocap_skel.skeleton_fit import SkeletonFit
 
 AUTO = "auto"
+# Which joints the rigid figure has.
+RIGS = (MARKERS, FULL) = ("markers", "full")
 # Hertz: no filter of a person's movement makes sense below or above.
 SLOWEST, FASTEST = 0.5, 500.0
 # Seconds.
@@ -73,6 +75,15 @@ def _smooth(default: float | str) -> float | str:
     return value
 
 
+def _rig() -> str:
+    said = (
+        "joints of the rigid figure: markers = those that the markers show; full = those that animators know as "
+        "well (spine, neck, collar bones, toes), by anatomy where no marker shows them."
+    )
+    value: str = option(MARKERS, said, choices=RIGS)
+    return value
+
+
 @dataclass(frozen=True)
 class Tracks(Turned):
     """The options of a format of tracks, which may be those of the rigid figure.
@@ -81,6 +92,7 @@ class Tracks(Turned):
         rigid: tracks of the rigid figure, with constant bones and bridged gaps, not of the free fit.
         max_gap: of it, seconds for which a turn that nothing shows is bridged.
         smooth: of it, hertz of the filter, AUTO, or 0.
+        rig: of it, MARKERS or FULL.
     """
 
     rigid: bool = option(
@@ -88,6 +100,7 @@ class Tracks(Turned):
     )
     max_gap: float = _gap()
     smooth: float | str = _smooth(0.0)
+    rig: str = _rig()
 
     def fit_of(self, fit: SkeletonFit) -> tuple[SkeletonFit, tuple[str, ...]]:
         """The fit whose tracks are asked for, and notes on how they were made."""
@@ -105,7 +118,9 @@ class Tracks(Turned):
         from mocap_skel.rig.animation import Choice
         from mocap_skel.rig.motion import Limits
 
-        return Choice(Limits(gap=self.max_gap), smooth=self.smooth, even=False)
+        return Choice(
+            Limits(gap=self.max_gap), smooth=self.smooth, even=False, full=self.rig == FULL
+        )
 
     def quality(self, fit: SkeletonFit) -> Quality | None:
         """How good the rigid figure is whose tracks are asked for; None where those of the free fit are."""
@@ -120,6 +135,7 @@ class Animated(Options):
         max_gap: seconds for which a turn that nothing shows is bridged.
         smooth: hertz of the filter, AUTO, or 0.
         feet: "free", or "lock": each sole is held where it stands.
+        rig: which joints the figure has, MARKERS or FULL.
         asymmetric: keep the measured difference of left and right bones.
         stretches: "longest" or "all" of the stretches of frames in which the whole figure is known.
         trim: hold no pose at the clip's ends: leave those frames out.
@@ -130,6 +146,7 @@ class Animated(Options):
     max_gap: float = _gap()
     smooth: float | str = _smooth(AUTO)
     feet: str = option("free", "lock holds each sole where it stands.", choices=("free", "lock"))
+    rig: str = _rig()
     asymmetric: bool = option(
         False, "keep the measured difference of left and right bones; else they are made equal."
     )
@@ -142,8 +159,8 @@ class Animated(Options):
     trim: bool = option(False, "leave out incomplete frames at both ends, however few.")
     names: str = option(
         "mocap",
-        "joints named as in the skeleton file, as Mixamo's (mixamorig:LeftUpLeg), or as in the BVH files "
-        "of the CMU database (LeftUpLeg).",
+        "joints named as in the skeleton file, as Mixamo's (mixamorig:LeftUpLeg), as Unreal's mannequin's "
+        "(thigh_l), or as in the BVH files of the CMU database (LeftUpLeg).",
         choices=NAMINGS,
     )
     floor: bool = option(
@@ -158,7 +175,9 @@ class Animated(Options):
 
         hold = 0.0 if self.trim else Limits.hold
         limits = Limits(gap=self.max_gap, hold=hold)
-        return Choice(limits, self.smooth, self.feet == "lock", not self.asymmetric)
+        return Choice(
+            limits, self.smooth, self.feet == "lock", not self.asymmetric, self.rig == FULL
+        )
 
     def quality(self, fit: SkeletonFit) -> Quality:
         """How good the figure is, over all frames in which it is known."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.rig.blocks import apply, transposed
-from mocap_skel.rig.bridging import runs
+from mocap_skel.rig.blocks import apply, multiply, rotation, transposed
+from mocap_skel.rig.bridging import eased, runs
 from mocap_skel.rig.model import Model
 from mocap_skel.rig.solver import Bones, Poses, Problem, Sums, marker_sums, solve
 from mocap_skel.segments.pose import Array
@@ -30,6 +30,8 @@ HIGHEST_MARKER, UNDER_MARKER = 0.15, 0.03
 # Cosine of the angle between the stands' vertical and that of the rest pose beyond which the stands are none: a
 # foot that hangs in the air is not flat.
 FLAT = np.cos(np.radians(25.0))
+# As a share of their length, what toes that point straight down reach forward; less has no direction.
+LEAST_LEVEL = 1e-6
 # A held sole weighs as so many markers, and takes so long (seconds) to come from its free path and go back.
 HOLD, EASE = 100.0, 0.15
 
@@ -157,6 +159,41 @@ def held_feet(problem: Problem, poses: Poses, feet: Feet, up: Array, rate: float
     turn, root = poses.turn.copy(), poses.root.copy()
     turn[..., here], root[:, here] = found.turn, found.root
     return Poses(turn, root)
+
+
+def bent_toes(model: Model, poses: Poses, feet: Feet, up: Array, limit: float) -> Poses:
+    """The motion with toes that lie on the floor while their foot rolls over them, instead of going through it.
+
+    Toes are what hangs from a foot with a sole (`Model.tips`); their end keeps its direction as seen from above.
+
+    Args:
+        model: the figure.
+        poses: its motion.
+        feet: its soles and the floor.
+        up: (3,) the lab's vertical.
+        limit: radians; no toes turn farther from frame to frame.
+    """
+    soled = {sole.segment for sole in feet.soles}
+    toes = [s for s in model.ends if model.bones.parents[s] in soled & set(model.tips)]
+    if not toes:
+        return poses
+    turn, joints = poses.turn.copy(), poses.joints(model.bones)
+    for s in toes:
+        end = apply(turn[:, :, s], model.ends[s])
+        length = float(np.linalg.norm(model.ends[s]))
+        lowest = np.clip(feet.floor - up @ joints[:, s], -length, 0.0)
+        height = up @ end
+        through = height < lowest
+        level = end - up[:, None] * height
+        level /= np.maximum(np.linalg.norm(level, axis=0), LEAST_LEVEL * length)
+        # About the level axis that is square to the toes, from their slope to that of the floor under them.
+        angle = np.arcsin(lowest / length) - np.arcsin(np.clip(height / length, -1.0, 1.0))
+        axis = np.cross(level.T, up).T * np.where(through, angle, 0.0)
+        turn[:, :, s] = multiply(rotation(axis), turn[:, :, s])
+        foot = turn[:, :, model.bones.parents[s]]
+        local, _ = eased(multiply(transposed(foot), turn[:, :, s]), limit)
+        turn[:, :, s] = multiply(foot, local)
+    return Poses(turn, poses.root)
 
 
 def _goal(

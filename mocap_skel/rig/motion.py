@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.rig.blocks import apply, multiply
 from mocap_skel.rig.bridging import bridged, bridged_places, eased, runs, smoothed
+from mocap_skel.rig.freedoms import Shared
 from mocap_skel.rig.model import Model
 from mocap_skel.rig.solver import Bones, Poses, Problem, Pull, known_turns, marker_sums, solve
 from mocap_skel.segments.pose import Array
@@ -120,7 +121,7 @@ def _moved(model: Model, rate: float, limits: Limits) -> RigidMotion:
     problem = Problem(
         bones,
         marker_sums(bones, model.points, start.root.T),
-        model.hinges,
+        model.freedoms,
         tuple(_loose_pulls(model, start.frames)),
     )
     whole = np.flatnonzero(~gap)
@@ -163,7 +164,7 @@ def _replaced(model: Model, start: Poses, gap: NDArray[np.bool_]) -> Model:
     points = [own[few] for own in model.points]
     sums = marker_sums(model.bones, points, start.root[:, few].T)
     pulls = tuple(pull.at(few) for pull in _loose_pulls(model, start.frames))
-    poses = solve(Problem(model.bones, sums, model.hinges, pulls), start.at(few))
+    poses = solve(Problem(model.bones, sums, model.freedoms, pulls), start.at(few))
     joints = poses.joints(model.bones)
     places = []
     for s, (place, own) in enumerate(zip(model.bones.places, points, strict=True)):
@@ -262,6 +263,10 @@ def _judged(
             else:
                 absent[s, a:b] = True
                 spans.append((s, a, b, ""))
+    for freedom in problem.freedoms:
+        # Parts of a turn that nothing shows are not there either.
+        if isinstance(freedom, Shared):
+            absent[list(freedom.segments)] |= absent[freedom.segments[-1]]
     return absent, sorted(spans)
 
 
@@ -270,7 +275,9 @@ def _told(problem: Problem, poses: Poses, missing: NDArray[np.bool_]) -> NDArray
     told = ~missing
     if not missing.any():
         return told
-    every = known_turns(problem, poses)
+    # Parts of a turn say nothing of the whole.
+    freedoms = tuple(one for one in problem.freedoms if not isinstance(one, Shared))
+    every = known_turns(replace(problem, freedoms=freedoms), poses)
     for s in np.flatnonzero(missing.any(axis=1)).tolist():
         if missing[s].all():
             continue
