@@ -135,7 +135,7 @@ def main(calls: list[str]) -> int:
     """Compare all, print a line each, and say whether one is off."""
     worst, compared = 0.0, 0
     with tempfile.TemporaryDirectory() as folder:
-        for figure in figures(calls, ("mocap", "mixamo")):
+        for figure in figures(calls, ("mocap", "mixamo", "unreal")):
             for what, most in compare(figure, Path(folder)):
                 print(f"{what}: {1e3 * most:.4f} mm at most over {FRAMES} frames", flush=True)
                 worst, compared = max(worst, most), compared + 1
