@@ -56,11 +56,13 @@ def _trust(fit: SkeletonFit) -> Iterator[str]:
         placed = joint.shown == "no" and not joint.landmarks
         error = float("inf") if placed else error_95(joint)
         level = "sharp" if error <= SHARP else "usable" if error <= USABLE else "poor"
+        level = "doubt" if joint.doubt else level
         groups.setdefault(level if joint.fitted else "none", []).append(joint.joint)
     words = {
         "sharp": f"Known to {100 * SHARP:g} cm (95 %)",
         "usable": f"known to {100 * USABLE:g} cm",
         "poor": "not to be trusted",
+        "doubt": "in doubt, as markers look exchanged",
         "none": "not fitted",
     }
     parts = [f"{words[k]}: {_joints(groups[k])}" for k in words if k in groups]
