@@ -62,16 +62,16 @@ def exchanged(tracks: Tracks) -> list[Exchange]:
         The ankle's marker is nearer to the shank's than to the knee's, unless two labels are exchanged.
 
         >>> import numpy as np
-        >>> height = {"LKNE": 0.5, "LTIB": 0.1, "LANK": 0.3}
+        >>> height = {"LKNE": 0.5, "LTIB": 0.1, "LANK": 0.35}
         >>> tracks = {name: np.tile([0.0, 0.0, z], (9, 1)) for name, z in height.items()}
         >>> [found] = exchanged(tracks)
         >>> found.pairs, found.evidence
-        ((('LTIB', 'LANK'),), 'seen from LKNE, LANK (20 cm) should be farther than LTIB (40 cm)')
+        ((('LTIB', 'LANK'),), 'seen from LKNE, LANK (15 cm) should be farther than LTIB (40 cm)')
     """
     found = []
     tracks = dict(tracks)
     for search in (_sides, _order, _fronts):
-        for one in search(tracks):
+        for one in list(search(tracks)):
             found.append(one)
             for first, second in one.pairs:
                 tracks[first], tracks[second] = tracks[second], tracks[first]

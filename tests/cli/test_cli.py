@@ -218,7 +218,7 @@ def test_swapped_markers_are_not_called_shown(tmp_path):
         (("--trust-labels", "--overwrite"), "swapped or wrongly assigned?"),
     ):
         done = call("fit", ROM, "--assoc", "map.txt", "--json", *options, cwd=tmp_path)
-        assert "LTHI and RTHI look exchanged" in done.stderr
+        assert "RTHI and LTHI look exchanged" in done.stderr
         rows = {row["joint"]: row for row in map(json.loads, done.stdout.splitlines())}
         for joint in ("LeftHip", "RightHip"):
             assert rows[joint]["shown"] == "weak"
