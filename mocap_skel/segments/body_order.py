@@ -66,7 +66,7 @@ def exchanged(tracks: Tracks) -> list[Exchange]:
         >>> tracks = {name: np.tile([0.0, 0.0, z], (9, 1)) for name, z in height.items()}
         >>> [found] = exchanged(tracks)
         >>> found.pairs, found.evidence
-        ((('LTIB', 'LANK'),), 'seen from LKNE, LANK (15 cm) should be farther than LTIB (40 cm)')
+        ((('LANK', 'LTIB'),), 'seen from LKNE, LANK (15 cm) should be farther than LTIB (40 cm)')
     """
     found = []
     tracks = dict(tracks)
