@@ -36,6 +36,8 @@ class Job:
         calibration: what other clips of the actor know of the joints.
         unit, rate: in place of what the clip says.
         salvage: read what there is of a clip whose file is cut off.
+        mirror: the axis to negate when a clip is read, None for none.
+        trust: fit the markers as they are named, though some look exchanged.
         command: the call, as the page shows it.
     """
 
@@ -54,6 +56,8 @@ class Job:
     unit: str | None = None
     rate: float | None = None
     salvage: bool = False
+    mirror: str | None = None
+    trust: bool = False
     command: str = ""
 
     @property
@@ -68,7 +72,7 @@ class Job:
         return fit_skeleton(
             clip, assignment, self.known.skeleton, sigma=sigma, pose=self.pose,
             method=self.method, noise=self.noise, search=search, prior=self.prior,
-            calibration=self.calibration,
+            calibration=self.calibration, trust=self.trust,
         )  # fmt: skip
 
 
@@ -99,7 +103,7 @@ def fit_file(path: Path, job: Job) -> Fitted:
     Raises:
         MocapSkelError: the clip cannot be read, or none of its subjects be fitted.
     """
-    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
+    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage, mirror=job.mirror)
     notes = list(clip.notes)
     if job.association is None:
         job = replace(job, association=_guessed(clip, job, notes))

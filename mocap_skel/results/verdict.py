@@ -81,6 +81,7 @@ def _levels(fit: SkeletonFit) -> dict[str, list[str]]:
         placed = joint.shown == "no" and not joint.landmarks
         error = float("inf") if placed else error_95(joint)
         level = "sharp" if error <= SHARP else "usable" if error <= USABLE else "poor"
+        level = "doubt" if joint.doubt else level
         groups.setdefault(level if joint.fitted else "none", []).append(joint.joint)
     return groups
 
@@ -91,6 +92,7 @@ def _trust(fit: SkeletonFit) -> Iterator[str]:
         "sharp": f"Known to {100 * SHARP:g} cm (95 %)",
         "usable": f"known to {100 * USABLE:g} cm",
         "poor": "not to be trusted",
+        "doubt": "in doubt, as markers look exchanged",
         "none": "not fitted",
     }
     parts = [f"{words[k]}: {_joints(groups[k])}" for k in words if k in groups]
