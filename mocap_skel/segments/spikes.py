@@ -15,7 +15,7 @@ from mocap_skel.segments.shape import median
 from mocap_skel.segments.trouble import SKIN, SPREADS, Mask
 
 # So many times as far as the path around it bends or the two sides disagree. In 22 public clips, throws and
-# serves among them, no sample but those of plain spikes comes to 2.
+# serves among them, the plain spikes have 3.4 or more, and no other sample has more than 1.7.
 _CLEARLY = 3.0
 
 
