@@ -16,6 +16,7 @@ from mocap_skel.joints.calibration import Calibration
 from mocap_skel.joints.choices import BEST
 from mocap_skel.labels.association import Assignment, Association, associate
 from mocap_skel.readers import read_clip
+from mocap_skel.results.body_size import check_size, check_size_by_names
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
 
@@ -67,7 +68,12 @@ class Job:
         return self.association
 
     def fit(self, clip: Clip, assignment: Assignment, *, search: bool = True) -> SkeletonFit:
-        """One subject of a clip, fitted as the job says."""
+        """One subject of a clip, fitted as the job says.
+
+        Raises:
+            CallError: the body is of a size that says that the unit is wrong.
+        """
+        check_size(clip, assignment)
         sigma = np.diag(np.square(self.sigma)) if isinstance(self.sigma, tuple) else self.sigma
         return fit_skeleton(
             clip, assignment, self.known.skeleton, sigma=sigma, pose=self.pose,
@@ -117,6 +123,7 @@ def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:
     """The association that the clip's own names and motion give, where that is sure."""
     from mocap_skel.labels.guess import check_sure, guess_association, in_words, repeated
 
+    check_size_by_names(clip, job.subject)
     how = repeated(job.subject, job.unit, job.rate, salvage=job.salvage)
     found = guess_association(clip, job.subject, how)
     check_sure(found, how)
