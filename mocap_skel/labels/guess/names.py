@@ -34,10 +34,10 @@ class NameGuess:
     Attributes:
         label: without its subject.
         segment: of the standard human, "" for nothing.
-        marker: the standard marker, "" for none.
+        marker: the standard marker or landmark, "" for none.
         confidence: HIGH, LIKELY, UNSURE (a guess that is not to be used unasked) or OPEN.
         reason: in plain words.
-        rank: of several labels for one standard marker, the one with the smallest rank gets it.
+        rank: of several labels for one marker, the one with the smallest rank gets it.
         computed: the name of a point that a model computed.
         double_of: the label of which this is another copy in the file, "" for none.
         lost: it keeps its distance to no part of the body, so it is another body's.
@@ -74,6 +74,27 @@ def guess_names(
     """
     known = _Labels(labels, dict(standard))
     return _one_each({label: known.guess(label) for label in dict.fromkeys(labels)})
+
+
+@lru_cache(4096)
+def meanings(label: str) -> tuple[tuple[str, str], ...]:
+    """(segment, standard marker or landmark) of all that a label may be, the likeliest first.
+
+    The other labels of a clip do not matter here: who asks knows the segment from elsewhere.
+
+    >>> meanings("LLE")
+    (('UpperLeftLeg', 'LKNE'),)
+    """
+    known = _Labels([label], {})
+    found = []
+    for side, rest, _ in known._candidates(label):
+        for code in known.table.codes.get(rest, []):
+            if not (code.middle and side) and (side or not code.place.sided):
+                found.append(code.place.named(side))
+    by_words = known._by_words(label)
+    if by_words and by_words.confidence != UNSURE:
+        found.append((by_words.segment, by_words.marker))
+    return tuple(dict.fromkeys((segment, marker) for segment, marker in found if marker))
 
 
 def tokens(label: str) -> list[str]:
@@ -206,13 +227,19 @@ class _Labels:
         if len(sides) == 1 and len(spelled) > 1 and not self.pair:
             # The side stands as a word of its own, wherever: that beats any letter.
             side = sides.pop()
-            for words in (spelled, said):
-                rest = "".join(t for t in words if t not in self.table.sides).upper()
-                found.insert(1, (side, rest, False))
+            # RKneeM is medial and LKneeL lateral, before the letters are noise and side.
+            rests = dict.fromkeys(r for words in (spelled, said) for r in self._without_side(words))
+            found[1:1] = [(side, rest, False) for rest in rests]
             return [c for c in found if c[0] in ("", side)]
         if len(said) < len(spelled):
             found += self._sides("".join(said).upper())
         return found
+
+    def _without_side(self, words: list[str]) -> list[str]:
+        """The code of a label's words without its side: without the first, the last, and all words that tell it."""
+        at = [i for i, word in enumerate(words) if word in self.table.sides]
+        drop = [at[:1], at[-1:], at]
+        return ["".join(w for i, w in enumerate(words) if i not in out).upper() for out in drop]
 
     def _readings(
         self, side: str, rest: str, whole: str
@@ -262,7 +289,7 @@ class _Labels:
         if "5" in numbers and words & {"metatarsal", "toe", "hand"}:
             words.add("fifth")
         elif numbers and words & {"metatarsal"}:
-            words.add("first")
+            words.add({"1": "first", "2": "second"}.get(numbers[0], "third"))
         fitting = [
             (len(phrase), -len(words - phrase), -i)
             for i, (phrase, place) in enumerate(self.table.phrases)
@@ -276,7 +303,7 @@ class _Labels:
         if place.sided and not side:
             return NameGuess(label, "", "", OPEN, f"{said}: the name does not tell the side")
         segment, marker = place.named(side)
-        if numbers and not words & {"fifth", "first"}:
+        if numbers and not words & {"fifth", "first", "second"}:
             marker = ""
         if unknown:
             reason = f"{said}, but what is {unknown[0]!r}?"
