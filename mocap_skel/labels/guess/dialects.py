@@ -21,11 +21,13 @@ class Place:
         segment: of the standard human, with {Side} where the label must tell it.
         marker: the standard marker or landmark there, with {s} for the side; "" for none.
         side: the only side that has it, "" for any.
+        middle: the landmark of a label without a side, "" for none.
     """
 
     segment: str
     marker: str
     side: str
+    middle: str = ""
 
     @property
     def sided(self) -> bool:
@@ -38,6 +40,8 @@ class Place:
         ('UpperLeftLeg', 'LKNE')
         """
         long = {"L": "Left", "R": "Right", "": ""}[side]
+        if not side and self.middle:
+            return self.segment, self.middle
         # A marker of the middle is neither the left one nor the right one, and the reverse.
         fits = bool(side) == ("{" in self.marker) or (side and side == self.side)
         return self.segment.format(Side=long), self.marker.format(s=side) if fits else ""
@@ -114,6 +118,7 @@ class Dialects:
         codes: code without side → its places, the best spelling first.
         clusters: stem of numbered codes → the places of the cluster.
         phrases: words that together name a place.
+        there: words that name a place only if the segment is known from elsewhere.
         letters: letters that a clip must have → letter of a cluster → its place.
         landmarks: every standard marker and landmark of the table → its segment.
         pairs: landmarks on either side of a joint.
@@ -130,6 +135,7 @@ class Dialects:
     codes: dict[str, list[Code]] = field(default_factory=dict)
     clusters: dict[str, list[Place]] = field(default_factory=dict)
     phrases: list[tuple[frozenset[str], Place]] = field(default_factory=list)
+    there: list[tuple[frozenset[str], Place]] = field(default_factory=list)
     letters: list[tuple[frozenset[str], dict[str, Place]]] = field(default_factory=list)
     landmarks: dict[str, str] = field(default_factory=dict)
     pairs: list[Pair] = field(default_factory=list)
@@ -156,7 +162,8 @@ def dialects() -> Dialects:
     )
     rank = 0
     for entry in data["place"]:
-        place = Place(entry["segment"], entry.get("marker", ""), entry.get("side", ""))
+        keys = ("marker", "side", "middle")
+        place = Place(entry["segment"], *(entry.get(key, "") for key in keys))
         needs = entry.get("with", {})
         doubtful = entry.get("likely", [])
         for code in [*entry["codes"], *doubtful]:
@@ -168,6 +175,7 @@ def dialects() -> Dialects:
         for stem in entry.get("cluster", []):
             found.clusters.setdefault(stem, []).append(place)
         found.phrases.extend((frozenset(phrase.split()), place) for phrase in entry["words"])
+        found.there.extend((frozenset(p.split()), place) for p in entry.get("there", ()))
         for side in ("L", "R") if "{" in place.marker else (place.side,):
             segment, marker = place.named(side)
             found.landmarks[marker] = segment

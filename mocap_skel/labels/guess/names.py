@@ -94,6 +94,9 @@ def meanings(label: str) -> tuple[tuple[str, str], ...]:
     by_words = known._by_words(label)
     if by_words and by_words.confidence != UNSURE:
         found.append((by_words.segment, by_words.marker))
+    words, side, _, unknown = known._words(label)
+    if side and not unknown:
+        found += [place.named(side) for phrase, place in known.table.there if phrase == words]
     return tuple(dict.fromkeys((segment, marker) for segment, marker in found if marker))
 
 
