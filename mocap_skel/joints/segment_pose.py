@@ -125,7 +125,7 @@ def _placed_by_one(
     m, distance = _guide(points, joint.track)
     marker = points[:, m]
     several = len(names) > 1
-    note = ""
+    below, note = None, ""
     if distance < NO_DIRECTION * joint.residual:
         # The line from joint to marker is noise; the parent's turn is the best that is known.
         posed = turned_with(parent.pose, marker, joint.track)
@@ -140,7 +140,7 @@ def _placed_by_one(
         posed = by_line(points, m, posed, link)
     which = f"markers in line with {joint.joint}" if several else "one marker"
     frame = (
-        Frame(None, "weak", f"{segment.name} stands on {which}")
+        Frame(None, "weak", f"{segment.name} stands on {which}", by_child=several and below is not None)
         if link.hinge
         else Frame(None, "no", f"the turn of {segment.name} is not seen: {which}")
     )

@@ -13,6 +13,8 @@ from mocap_skel.labels.guess.dialects import Code, Dialects, Place, dialects
 HIGH, LIKELY, UNSURE, OPEN = "high", "likely", "unsure", "open"
 # Camel case, capitals in front of a capitalised word, numbers.
 _TOKEN = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
+# PELVIS_X: the tip of a segment's axis, where the clip has another axis of it too.
+_AXIS = re.compile(r"(.+)[ _.-]([XYZ])", re.I)
 _LETTER = re.compile(r"([LR])([A-Z])_?(\d+)$")
 # What readers and labelling software make of a marker that stands in the file more than once.
 _DOUBLE = re.compile(r"(.*\D\d*)[_-]\d+$")
@@ -130,6 +132,9 @@ class _Labels:
             stem = _stem(code)
             if stem != code:
                 self.numbered[stem].add(code)
+        self.tips: dict[str, set[str]] = defaultdict(set)
+        for tip in filter(None, map(_AXIS.fullmatch, labels)):
+            self.tips[tip[1].upper()].add(tip[2].upper())
         letters = {m[2] for code in self.all if (m := _LETTER.match(code)) and self._many(code)}
         self.letters: dict[str, Place] = next(
             (places for has, places in self.table.letters if has <= letters), {}
@@ -164,6 +169,8 @@ class _Labels:
         return ""
 
     def _computed(self, label: str) -> str:
+        if (tip := _AXIS.fullmatch(label)) and len(self.tips[tip[1].upper()]) >= 2:
+            return "the tip of an axis by its name"
         words = tokens(label)
         code = _code(label)
         rests = {rest for _, rest, _ in self._sides(code)} | {code}
