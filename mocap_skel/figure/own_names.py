@@ -46,5 +46,5 @@ def in_own_names(skeleton: Skeleton, own: Mapping[str, str]) -> Skeleton:
         skeleton,
         segments=tuple(map(segment, skeleton.segments)),
         landmarks={name: tuple(map(named, sets)) for name, sets in skeleton.landmarks.items()},
-        sizes=tuple((*named((first, second)), length) for first, second, length in skeleton.sizes),
+        sizes=tuple((own.get(a, a), own.get(b, b), length) for a, b, length in skeleton.sizes),
     )

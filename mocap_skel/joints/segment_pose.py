@@ -14,8 +14,8 @@ from mocap_skel.joints.task import Task
 from mocap_skel.segments.cases import (
     Link,
     Posed,
-    by_markers,
     by_line,
+    by_markers,
     by_markers_and_joint,
     by_one_marker,
     turned_with,
@@ -140,7 +140,12 @@ def _placed_by_one(
         posed = by_line(points, m, posed, link)
     which = f"markers in line with {joint.joint}" if several else "one marker"
     frame = (
-        Frame(None, "weak", f"{segment.name} stands on {which}", by_child=several and below is not None)
+        Frame(
+            None,
+            "weak",
+            f"{segment.name} stands on {which}",
+            by_child=several and below is not None,
+        )
         if link.hinge
         else Frame(None, "no", f"the turn of {segment.name} is not seen: {which}")
     )
@@ -159,9 +164,7 @@ def _guide(points: Array, joint: Array) -> tuple[int, float]:
     return m, float(away[m])
 
 
-def _hinge_below(
-    segment: Segment, joint: Array, prepared: Prepared, task: Task
-) -> Array | None:
+def _hinge_below(segment: Segment, joint: Array, prepared: Prepared, task: Task) -> Array | None:
     """The axis (frames, 3) of the hinge at a segment's other end; None where anatomy has none there.
 
     It is fixed in the segment, and the lower bone shows it, as the segment's own marker cannot.

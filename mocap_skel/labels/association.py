@@ -186,10 +186,7 @@ def _of_the_figure(
             texts[2] in names[i]
             if len(texts) == 3
             else len(texts) == 2
-            and (
-                texts[1] in markers[i]
-                or bool(segment_of_landmark(texts[1], names[i], markers[i]))
-            )
+            and (texts[1] in markers[i] or bool(segment_of_landmark(texts[1], names[i])))
             for i in (0, 1)
         )
         if there and not here:
@@ -277,7 +274,7 @@ def _rules(
                 )
         elif marker in segment_of:
             segment = segment_of[marker]
-        elif not (segment := segment_of_landmark(marker, segments, segment_of)):
+        elif not (segment := segment_of_landmark(marker, segments)):
             raise AssociationError(
                 f"{where}:{column}: {marker!r} is no marker of the skeleton {skeleton.name!r}",
                 nearest(marker, segment_of)
@@ -406,7 +403,8 @@ def _by_place(
     """The columns with medial and lateral markers exchanged whose places say so, and what there is to say of them."""
     all_of = {marker: column for of in columns.values() for marker, column in of.items()}
     at = all_of | {name: all_of[marker] for name, marker in landmarks.items()}
-    notes, moved = [], {}
+    notes: list[str] = []
+    moved: dict[int, int] = {}
     for one in exchanged(clip.points, at):
         pair = (one.lateral, one.medial)
         notes.append(one.sentence({name: clip.labels[at[name]] for name in pair}))

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mocap_skel.figure.skeleton import STANDARD, read_skeleton
+
 if TYPE_CHECKING:
     from mocap_skel.labels.guess.dialects import Pair
 
@@ -51,7 +53,9 @@ class Exchanged:
         'L_med is named for the inner side of the left knee but lies outside of L_lat: exchanged, as places say'
         """
         outer, inner = labels[self.lateral], labels[self.medial]
-        said = f"{inner} is named for the inner side of the {self.joint} but lies outside of {outer}: "
+        said = (
+            f"{inner} is named for the inner side of the {self.joint} but lies outside of {outer}: "
+        )
         if self.certain:
             return said + "exchanged, as places say"
         return said + "are their names exchanged, or is the clip mirrored? Taken by their names"
@@ -74,19 +78,20 @@ def landmark(names: Iterable[str], segment: str) -> str:
     return next(found, "")
 
 
-def segment_of_landmark(name: str, segments: Sequence[str], standard: Iterable[str]) -> str:
-    """The segment on which a landmark lies that is none of a skeleton's standard markers; "" for other names.
+def segment_of_landmark(name: str, segments: Sequence[str]) -> str:
+    """The segment of a landmark that is none of the standard human's markers; "" for other names.
 
     Args:
         name: the landmark, in any spelling.
-        segments: of the skeleton.
-        standard: its markers.
+        segments: those that it may lie on.
 
-    >>> segment_of_landmark("V.Sacral", ["Hips", "Chest"], ["LFWT"])
-    'Hips'
+    >>> segment_of_landmark("V.Sacral", ["Hips", "Chest"]), segment_of_landmark("LKNEE", ["UpperLeftLeg"])
+    ('Hips', '')
     """
     from mocap_skel.labels.guess.names import meanings
 
+    # A standard marker in another spelling is rather a slip, of which an error can say more.
+    standard = read_skeleton(STANDARD).segment_of
     found = (s for s, marker in meanings(name) if s in segments and marker not in standard)
     return next(found, "")
 

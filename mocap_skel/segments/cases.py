@@ -164,9 +164,7 @@ def by_line(points: Array, guide: int, posed: Posed, link: Link) -> Posed:
             if pose.known.all():
                 break
             if np.isfinite(places[m]).all():
-                other = one_marker_pose(
-                    points[:, m], link.track, link.axis, places[m], joint, axis
-                )
+                other = one_marker_pose(points[:, m], link.track, link.axis, places[m], joint, axis)
                 pose = filled(pose, other)
     return Posed(pose, places, joint)
 

@@ -15,7 +15,15 @@ from mocap_skel.figure.skeleton import STANDARD, Skeleton, shipped_skeletons
 from mocap_skel.labels.association import Association, Rule, check_subject
 from mocap_skel.labels.guess.dialects import dialects
 from mocap_skel.labels.guess.motion import MOVES, Verdict, weigh
-from mocap_skel.labels.guess.names import HIGH, LIKELY, OPEN, UNSURE, NameGuess, guess_names, meanings
+from mocap_skel.labels.guess.names import (
+    HIGH,
+    LIKELY,
+    OPEN,
+    UNSURE,
+    NameGuess,
+    guess_names,
+    meanings,
+)
 from mocap_skel.labels.guess.rigid import distances
 from mocap_skel.text import counted, listed
 

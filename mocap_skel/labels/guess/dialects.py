@@ -184,13 +184,11 @@ def dialects() -> Dialects:
         places = {letter: Place(s, "", "") for letter, s in entry["segments"].items()}
         found.letters.append((frozenset(entry["has"]), places))
     for entry in data["pair"]:
-        toward, upper, lower = (
-            tuple(tuple(names) for names in entry.get(key, ())) for key in ("toward", "upper", "lower")
+        sets = (
+            tuple(tuple(names) for names in entry.get(key, ()))
+            for key in ("toward", "upper", "lower")
         )
-        found.pairs.append(
-            Pair(
-                entry["joint"], entry["lateral"], entry["medial"], toward, entry.get("bend", 0),
-                upper, lower,
-            )  # fmt: skip
-        )
+        toward, upper, lower = sets
+        names = (entry["joint"], entry["lateral"], entry["medial"])
+        found.pairs.append(Pair(*names, toward, entry.get("bend", 0), upper, lower))
     return found

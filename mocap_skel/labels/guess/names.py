@@ -88,11 +88,12 @@ def meanings(label: str) -> tuple[tuple[str, str], ...]:
     (('UpperLeftLeg', 'LKNE'),)
     """
     known = _Labels([label], {})
-    found = []
-    for side, rest, _ in known._candidates(label):
-        for code in known.table.codes.get(rest, []):
-            if not (code.middle and side) and (side or not code.place.sided):
-                found.append(code.place.named(side))
+    found = [
+        code.place.named(side)
+        for side, rest, _ in known._candidates(label)
+        for code in known.table.codes.get(rest, [])
+        if not (code.middle and side) and (side or not code.place.sided)
+    ]
     by_words = known._by_words(label)
     if by_words and by_words.confidence != UNSURE:
         found.append((by_words.segment, by_words.marker))
