@@ -12,6 +12,7 @@ import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
+from mocap_skel.figure.own_names import in_own_names
 from mocap_skel.figure.skeleton import Segment, Skeleton
 from mocap_skel.joints.calibration import Calibration, credited, digest_of
 from mocap_skel.joints.centre import PriorKnowledge, fit_centre
@@ -87,6 +88,7 @@ def fit_skeleton(
     if prior not in PRIORS:
         raise ValueError(f"prior must be one of {PRIORS}, got {prior!r}")
     check_method(method, noise, sigma, calibrated=calibration is not None)
+    skeleton = in_own_names(skeleton, assignment.landmarks)
     columns, misplaced, said = checked_columns(
         clip, assignment.columns, skeleton, search=search, trust=trust
     )
