@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 from doc_blocks import python_of
 from figures import FRAMES, MOST, Figure, corners, figures, moving, resting
-from mocap_skel.export.bvh import bvh_text
 
+from mocap_skel.export.formats.bvh import bvh_text
 from mocap_skel.export.gltf import glb
 
 # Blender writes to standard output as it likes, so the answer goes to a file. It runs in a process of its own.

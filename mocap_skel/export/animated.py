@@ -105,7 +105,8 @@ class Tracks(Turned):
     def fit_of(self, fit: SkeletonFit) -> tuple[SkeletonFit, tuple[str, ...]]:
         """The fit whose tracks are asked for, and notes on how they were made."""
         if not self.rigid:
-            return fit, ()
+            said = ("--rig full is for the rigid figure: it needs --rigid here",)
+            return fit, said if self.rig == FULL else ()
         from mocap_skel.rig.animation import animate, animation_notes
         from mocap_skel.rig.rigid_fit import rigid_fit
 

@@ -151,7 +151,7 @@ def rigid_group_of(clip: Clip, columns: Sequence[int]) -> dict[int, int]:
     groups: dict[int, int] = {}
     for subject in clip.subject_names:
         own = [c for c in columns if clip.subjects[c] == subject and seen[c]]
-        if len(own) > MOST_GROUPED:
+        if not 0 < len(own) <= MOST_GROUPED:
             continue
         for group in rigid_groups(distances(clip.points[:, own]).spread):
             number = len(set(groups.values()))
@@ -252,4 +252,4 @@ def _in_words(check: MarkerCheck) -> str:
     what = f"{marker} leaves {check.segment}"
     if check.partner:
         what = f"{marker} looks exchanged with {check.partner}"
-    return f"{what} in some frames: {listed(check.frames, 4)}"
+    return f"{what} in some frames: {listed(map(str, check.frames), 4)}"

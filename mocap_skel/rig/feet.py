@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from mocap_skel.rig.blocks import apply, multiply, rotation, transposed
 from mocap_skel.rig.bridging import eased, runs
 from mocap_skel.rig.model import Model
-from mocap_skel.rig.solver import Bones, Poses, Problem, Sums, marker_sums, solve
+from mocap_skel.rig.motion import CALM_ANGLE
+from mocap_skel.rig.solver import Bones, Poses, Problem, Pull, Sums, marker_sums, solve
 from mocap_skel.segments.pose import Array
 
 # Metres a second and metres: a marker of the sole stands if it is slower, and no higher above its lowest places.
@@ -154,7 +155,11 @@ def held_feet(problem: Problem, poses: Poses, feet: Feet, up: Array, rate: float
     if extra is None:
         return poses
     here = np.flatnonzero(touched)
-    held = replace(problem, sums=problem.sums.plus(extra)).at(here)
+    # What neither markers nor the floor tell stays as calm as it was.
+    stiffness = np.full(poses.frames, 1.0 / CALM_ANGLE**2)
+    calm = [Pull(s, poses.local(bones, s), stiffness) for s in range(1, len(bones.parents))]
+    pulls = (*problem.pulls, *calm)
+    held = replace(problem, sums=problem.sums.plus(extra), pulls=pulls).at(here)
     found = solve(held, poses.at(here))
     turn, root = poses.turn.copy(), poses.root.copy()
     turn[..., here], root[:, here] = found.turn, found.root

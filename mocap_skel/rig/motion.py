@@ -267,6 +267,10 @@ def _judged(
         # Parts of a turn that nothing shows are not there either.
         if isinstance(freedom, Shared):
             absent[list(freedom.segments)] |= absent[freedom.segments[-1]]
+    for s, parent in enumerate(problem.bones.parents):
+        # Nor is what no marker ever shows, where the segment that it hangs from is not.
+        if parent >= 0 and not len(problem.bones.places[s]):
+            absent[s] |= absent[parent]
     return absent, sorted(spans)
 
 

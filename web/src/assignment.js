@@ -99,7 +99,9 @@ export class Assignment {
     this.#change([column], together, (i) => {
       const had = this.now[i];
       const holder = this.holder(name, this.about.markers[i].subject);
-      this.now[i] = { marker: name, segment: standard ?? had.segment, ignored: false };
+      // A name that is taken brings its own segment with it.
+      const segment = standard ?? (holder >= 0 ? this.now[holder].segment : had.segment);
+      this.now[i] = { marker: name, segment, ignored: false };
       if (holder >= 0 && holder !== i) this.now[holder] = had;
     });
     return '';

@@ -17,7 +17,8 @@ class Player extends Playing {
       element.addEventListener('click', () => {
         const { firstFrame, every } = this.data.about;
         this.play(false);
-        this.go(Math.floor((Number(element.dataset.frame) - firstFrame) / every));
+        this.go(Math.ceil((Number(element.dataset.frame) - firstFrame) / every));
+        if (element.closest('table')) by('view').scrollIntoView({ block: 'nearest' });
       });
     }
   }
@@ -107,7 +108,7 @@ class Player extends Playing {
   }
 
   told(number) {
-    const said = this.data.about.bands.filter(([start, stop]) => start <= number && number < stop);
+    const said = this.data.about.bands.filter(([start, stop]) => start < number + this.data.about.every && number < stop);
     by('done').replaceChildren(...said.map(([, , words]) => Object.assign(document.createElement('p'), { textContent: words })));
   }
 
