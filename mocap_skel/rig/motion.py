@@ -251,18 +251,13 @@ def _judged(
 ) -> tuple[NDArray[np.bool_], list[tuple[int, int, int, str]]]:
     """Which segments are absent where, and every stretch (segment, start, stop, by) of a missing pose."""
     told = _told(problem, poses, missing)
-    absent = np.zeros_like(missing)
-    spans = []
+    by_motion, by_hold, absent = (np.zeros_like(missing) for _ in range(3))
     for s, lost in enumerate(missing):
-        for a, b in runs(lost & told[s]):
-            spans.append((s, a, b, "markers"))
         for a, b in runs(lost & ~told[s]):
             end = a == 0 or b == len(lost)
-            if b - a <= (limits.hold if end else limits.gap) * rate and b - a != len(lost):
-                spans.append((s, a, b, "hold" if end else "motion"))
-            else:
-                absent[s, a:b] = True
-                spans.append((s, a, b, ""))
+            short = b - a <= (limits.hold if end else limits.gap) * rate and b - a != len(lost)
+            kind = (by_hold if end else by_motion) if short else absent
+            kind[s, a:b] = True
     for freedom in problem.freedoms:
         # Parts of a turn that nothing shows are not there either.
         if isinstance(freedom, Shared):
@@ -271,6 +266,14 @@ def _judged(
         # Nor is what no marker ever shows, where the segment that it hangs from is not.
         if parent >= 0 and not len(problem.bones.places[s]):
             absent[s] |= absent[parent]
+    kinds = {"markers": told, "motion": by_motion, "hold": by_hold}
+    found = {by: missing & flags & ~absent for by, flags in kinds.items()} | {"": missing & absent}
+    spans = [
+        (s, a, b, by)
+        for by, flags in found.items()
+        for s, row in enumerate(flags)
+        for a, b in runs(row)
+    ]
     return absent, sorted(spans)
 
 
