@@ -22,7 +22,7 @@ from mocap_skel.labels.guess.rigid import distances, rigid_groups
 from mocap_skel.results.marker_check import MarkerCheck, check_association
 from mocap_skel.text import listed
 
-# Joining markers in groups takes time that grows with the cube of their number: 0.3 s for so many.
+# Joining markers in groups takes time that grows with the cube of their number: some seconds for so many.
 MOST_GROUPED = 400
 # The verdicts of `check_association` that are worth a look, the worst first.
 _WORST_FIRST = ("swapped", "wrong segment", "loose", "swapped at times", "leaves at times")

@@ -16,9 +16,9 @@ from mocap_skel.segments.pose import Array
 
 # What is beyond these limits a person should look at.
 # Metres, root mean square over a segment's markers: skin carries a marker by 1 to 3 cm from one extreme of a movement
-# to the other (Leardini et al. 2005, Gait & Posture 21), so that it is half as far from its mean at most.
+# to the other (Leardini et al. 2005, Gait & Posture 21): the middle of that.
 MARKERS = 0.02
-# Metres, one marker in one frame: the largest of those, and 1 cm for what rigid bones cannot follow (by eye).
+# Metres, one marker in one frame: the most of that, and 1 cm for what rigid bones cannot follow (by eye).
 MARKER = 0.04
 # Degrees a second: no joint of a person turns faster. The motion is held to it, but what `held_feet` does comes later.
 TURN = Limits.speed
