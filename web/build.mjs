@@ -1,4 +1,4 @@
-// Bundles the scripts of both pages, each with three.js, into the one script that such a page holds.
+// Bundles the scripts of both pages with three.js into the one script that such a page holds.
 import { readFile } from 'node:fs/promises';
 import { build } from 'esbuild';
 
@@ -6,7 +6,7 @@ const licence = await readFile('node_modules/three/LICENSE', 'utf8');
 const { version } = JSON.parse(await readFile('node_modules/three/package.json', 'utf8'));
 
 await build({
-  entryPoints: { 'viewer.bundle': 'src/main.js', 'assoc.bundle': 'src/assoc.js' },
+  entryPoints: { 'viewer.bundle': 'src/pages.js' },
   bundle: true,
   minify: true,
   format: 'iife',

@@ -43,7 +43,7 @@ def assoc_page(clip: Clip, start: Start) -> str:
     '<!doctype html>'
     """
     about, packed = _scene(clip, start)
-    style, script = asset("assoc.css"), asset("assoc.bundle.js")
+    style, script = asset("assoc.css"), asset("viewer.bundle.js")
     return Template(asset("assoc.html")).substitute(
         policy=policy(script, style),
         style=style,

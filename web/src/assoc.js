@@ -9,7 +9,6 @@ import { Stage } from './stage.js';
 
 const by = (id) => document.getElementById(id);
 const SWITCHES = { labels: 'n', lines: 'l', follow: 'f', several: 'b' };
-const VIEWS = { 1: 'front', 2: 'side', 3: 'top', r: 'start' };
 // Pixels: how far from a marker a finger or a mouse may be, and how far one may move in a click.
 const FINGER = 26;
 const MOUSE = 14;
@@ -19,7 +18,7 @@ const NEARER = 0.8;
 
 class Editor extends Playing {
   constructor(data, stage) {
-    super(data, stage);
+    super(data, stage, SWITCHES);
     this.cloud = stage.figure;
     this.assignment = new Assignment(data.about);
     this.rigidity = new Rigidity(data);
@@ -35,7 +34,7 @@ class Editor extends Playing {
     });
     this.panel = new Panel(this);
     this.#subjects();
-    this.#switches();
+    this.switched();
     this.#picking();
     by('undo').addEventListener('click', () => this.undo());
     by('save').addEventListener('click', () => this.save());
@@ -78,18 +77,9 @@ class Editor extends Playing {
     this.select([]);
   }
 
-  #switches() {
-    const apply = () => {
-      this.cloud.show.lines = by('lines').checked;
-      this.stage.follow = by('follow').checked;
-      if (!this.stage.follow) this.stage.followed = null;
-      this.stage.stale = true;
-    };
-    for (const id of Object.keys(SWITCHES)) by(id).addEventListener('change', apply);
-    for (const button of document.querySelectorAll('[data-view]')) {
-      button.addEventListener('click', () => this.stage.look(button.dataset.view));
-    }
-    apply();
+  switched() {
+    this.cloud.show.lines = by('lines').checked;
+    super.switched();
   }
 
   #picking() {
@@ -229,15 +219,12 @@ class Editor extends Playing {
     });
   }
 
-  keys(key) {
-    const switched = Object.keys(SWITCHES).find((id) => SWITCHES[id] === key);
-    if (switched) return () => by(switched).click();
-    if (VIEWS[key]) return () => this.stage.look(VIEWS[key]);
-    return { Escape: () => this.select([]) }[key];
+  unpick() {
+    this.select([]);
   }
 }
 
-start((data) => {
+export const association = () => start((data) => {
   // The whole of it, until a subject is chosen.
   Object.assign(data.about, data.about.subjects[0]);
   const editor = new Editor(data, new Stage(data, by('view'), Cloud));

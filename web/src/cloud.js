@@ -1,8 +1,9 @@
 // The markers of one frame in the colours of their segments: balls, lines within a segment, trails of what is selected.
 import {
-  BackSide, BufferGeometry, Color, DynamicDrawUsage, Float32BufferAttribute, Group, IcosahedronGeometry, InstancedMesh,
-  LineBasicMaterial, LineSegments, Matrix4, MeshBasicMaterial, MeshLambertMaterial, Quaternion, Vector3,
+  BackSide, BufferGeometry, Color, Float32BufferAttribute, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments,
+  Matrix4, MeshBasicMaterial, MeshLambertMaterial, Quaternion, Vector3,
 } from 'three';
+import { instances } from './instances.js';
 
 // Share of the figure's reach.
 const MARKER = 0.013;
@@ -36,20 +37,11 @@ export class Cloud {
     this.ignored = new Array(count).fill(false);
     this.pairs = [];
     this.colours = {};
-    this.balls = this.#instances(new IcosahedronGeometry(MARKER * reach, 2), new MeshLambertMaterial(), count);
+    this.balls = instances(this.group, new IcosahedronGeometry(MARKER * reach, 2), new MeshLambertMaterial(), count);
     // Only the far side of a larger ball: the rim around a marker.
-    this.rims = this.#instances(new IcosahedronGeometry(RIM * MARKER * reach, 2), new MeshBasicMaterial({ side: BackSide }), count);
+    this.rims = instances(this.group, new IcosahedronGeometry(RIM * MARKER * reach, 2), new MeshBasicMaterial({ side: BackSide }), count);
     this.lines = this.#lines();
     this.trails = this.#lines();
-  }
-
-  #instances(geometry, material, count) {
-    const mesh = new InstancedMesh(geometry, material, Math.max(count, 1));
-    mesh.count = count;
-    mesh.instanceMatrix.setUsage(DynamicDrawUsage);
-    mesh.frustumCulled = false;
-    this.group.add(mesh);
-    return mesh;
   }
 
   #lines() {

@@ -5,12 +5,13 @@ import { Stage } from './stage.js';
 
 const by = (id) => document.getElementById(id);
 const SWITCHES = { markers: 'm', others: 'o', labels: 'n', ellipsoids: 'e', follow: 'f' };
-const VIEWS = { 1: 'front', 2: 'side', 3: 'top', r: 'start' };
 
 class Player extends Playing {
   constructor(data, stage) {
-    super(data, stage);
-    this.#switches();
+    super(data, stage, SWITCHES);
+    by('enlarged').addEventListener('change', () => this.switched());
+    by('others').closest('label').hidden = data.about.markers.every((marker) => marker.segment);
+    this.switched();
     this.#picking();
     // Bands of the line, and numbers of frames in tables.
     for (const element of document.querySelectorAll('[data-frame]')) {
@@ -23,25 +24,15 @@ class Player extends Playing {
     }
   }
 
-  #switches() {
+  switched() {
     const { figure } = this.stage;
-    const apply = () => {
-      Object.assign(figure.show, {
-        markers: by('markers').checked, others: by('others').checked, ellipsoids: by('ellipsoids').checked,
-      });
-      figure.enlarged = Number(by('enlarged').value);
-      this.stage.named = by('labels').checked;
-      this.stage.follow = by('follow').checked;
-      if (!this.stage.follow) this.stage.followed = null;
-      this.stage.stale = true;
-      this.#say();
-    };
-    for (const id of [...Object.keys(SWITCHES), 'enlarged']) by(id).addEventListener('change', apply);
-    by('others').closest('label').hidden = this.data.about.markers.every((marker) => marker.segment);
-    for (const button of document.querySelectorAll('[data-view]')) {
-      button.addEventListener('click', () => this.stage.look(button.dataset.view));
-    }
-    apply();
+    Object.assign(figure.show, {
+      markers: by('markers').checked, others: by('others').checked, ellipsoids: by('ellipsoids').checked,
+    });
+    figure.enlarged = Number(by('enlarged').value);
+    this.stage.named = by('labels').checked;
+    super.switched();
+    this.#say();
   }
 
   #picking() {
@@ -100,11 +91,8 @@ class Player extends Playing {
     box.replaceChildren(...lines.map((line) => Object.assign(document.createElement('p'), { textContent: line })));
   }
 
-  keys(key) {
-    const switched = Object.keys(SWITCHES).find((id) => SWITCHES[id] === key);
-    if (switched) return () => by(switched).click();
-    if (VIEWS[key]) return () => this.stage.look(VIEWS[key]);
-    return { Escape: () => this.pick(-1) }[key];
+  unpick() {
+    this.pick(-1);
   }
 
   told(number) {
@@ -129,7 +117,7 @@ class Player extends Playing {
   }
 }
 
-start((data) => {
+export const report = () => start((data) => {
   const player = new Player(data, new Stage(data, by('view'), Figure));
   player.play(!matchMedia('(prefers-reduced-motion: reduce)').matches);
   return player;

@@ -1,12 +1,16 @@
-// Playing: the button, the slider, the keys, and the loop that draws a frame when there is a new one.
+// Playing: the button, the slider, the views, the switches, the keys, and the loop that draws a frame when there is a new one.
 import { load } from './data.js';
+
+const VIEWS = { 1: 'front', 2: 'side', 3: 'top', r: 'start' };
 
 const by = (id) => document.getElementById(id);
 
 export class Playing {
-  constructor(data, stage) {
+  /** `switches`: the ids of check boxes, and the key of each. */
+  constructor(data, stage, switches) {
     this.data = data;
     this.stage = stage;
+    this.switches = switches;
     this.playing = false;
     this.at = 0;
     this.drawn = -1;
@@ -14,6 +18,10 @@ export class Playing {
     by('scrub').max = data.about.frames - 1;
     by('scrub').addEventListener('input', () => { this.play(false); this.go(Number(by('scrub').value)); });
     by('play').addEventListener('click', () => this.play(!this.playing));
+    for (const id of Object.keys(switches)) by(id).addEventListener('change', () => this.switched());
+    for (const button of document.querySelectorAll('[data-view]')) {
+      button.addEventListener('click', () => this.stage.look(button.dataset.view));
+    }
     this.play(false);
     addEventListener('keydown', (event) => this.#key(event));
     requestAnimationFrame((now) => this.#tick(now));
@@ -32,10 +40,15 @@ export class Playing {
     this.at = Math.max(0, Math.min(frame, this.data.about.frames - 1));
   }
 
-  /** What a key of the page's own does, besides those of playing. */
-  keys(key) {
-    return undefined;
+  /** Does what the switches say. */
+  switched() {
+    this.stage.follow = by('follow').checked;
+    if (!this.stage.follow) this.stage.followed = null;
+    this.stage.stale = true;
   }
+
+  /** Nothing is picked any more. */
+  unpick() {}
 
   /** What the page says of a frame, besides its number. */
   told(number) {}
@@ -51,7 +64,8 @@ export class Playing {
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const speed = by('speed');
     const step = (frames) => { this.play(false); this.go(this.frame + frames); };
-    const run = this.keys(key) ?? {
+    const box = Object.keys(this.switches).find((id) => this.switches[id] === key);
+    const run = {
       ' ': () => this.play(!this.playing),
       ArrowLeft: () => step(-ten),
       ArrowRight: () => step(ten),
@@ -59,6 +73,9 @@ export class Playing {
       End: () => this.go(Infinity),
       '+': () => { speed.selectedIndex = Math.min(speed.selectedIndex + 1, speed.options.length - 1); },
       '-': () => { speed.selectedIndex = Math.max(speed.selectedIndex - 1, 0); },
+      Escape: () => this.unpick(),
+      ...(VIEWS[key] && { [key]: () => this.stage.look(VIEWS[key]) }),
+      ...(box && { [key]: () => by(box).click() }),
     }[key];
     if (!run) return;
     run();
