@@ -32,7 +32,7 @@ def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpa
     from mocap_skel.export.files import check_free, write_all
     from mocap_skel.labels.guess import repeated
     from mocap_skel.report.assoc_page import assoc_page
-    from mocap_skel.report.assoc_start import start_from_file, start_from_guess
+    from mocap_skel.results.assoc_start import start_from_file, start_from_guess
     from mocap_skel.text import counted
 
     inputs = [clip, *(Path(n) for n in (told["association"], told["skeleton"]) if n)]

@@ -15,9 +15,9 @@ import numpy as np
 
 from mocap_skel.clip import AXES, Clip
 from mocap_skel.figure.skeleton import STANDARD
-from mocap_skel.report.assoc_start import Start, rigid_group_of
 from mocap_skel.report.inline import asset, in_json, policy, text
 from mocap_skel.report.scene import floor_height, middles, pack, step_of, steps_of
+from mocap_skel.results.assoc_start import Start, rigid_group_of
 from mocap_skel.results.series import side
 from mocap_skel.segments.pose import Array
 from mocap_skel.version import __version__
@@ -37,7 +37,7 @@ def assoc_page(clip: Clip, start: Start) -> str:
         start: what its labels are so far, from `start_from_guess` or `start_from_file`.
 
     >>> from mocap_skel import read_clip
-    >>> from mocap_skel.report.assoc_start import start_from_guess
+    >>> from mocap_skel.results.assoc_start import start_from_guess
     >>> clip = read_clip("sample_data/nearly_still.c3d")
     >>> assoc_page(clip, start_from_guess(clip))[:15]
     '<!doctype html>'

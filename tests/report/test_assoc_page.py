@@ -15,8 +15,8 @@ from recordings import SAMPLES
 from mocap_skel import associate, read_association, read_clip
 from mocap_skel.artificial.write import write_c3d
 from mocap_skel.report.assoc_page import MOST_FRAMES, assoc_page
-from mocap_skel.report.assoc_start import start_from_file, start_from_guess
 from mocap_skel.report.scene import MISSING, unpack
+from mocap_skel.results.assoc_start import start_from_file, start_from_guess
 
 NASTY = "</script><img src=x onerror=alert(1)>\u202e&"
 in_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")

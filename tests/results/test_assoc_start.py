@@ -9,7 +9,7 @@ from recordings import SAMPLES
 
 from mocap_skel import read_association, read_clip
 from mocap_skel.errors import CallError
-from mocap_skel.report.assoc_start import rigid_group_of, start_from_file, start_from_guess
+from mocap_skel.results.assoc_start import rigid_group_of, start_from_file, start_from_guess
 
 CMU = {rule.label: rule for rule in read_association("cmu").rules}
 
