@@ -33,11 +33,13 @@ def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpa
     from mocap_skel.labels.guess import repeated
     from mocap_skel.report.assoc_page import assoc_page
     from mocap_skel.results.assoc_start import start_from_file, start_from_guess
+    from mocap_skel.results.upright import upright_by_names
     from mocap_skel.text import counted
 
     inputs = [clip, *(Path(n) for n in (told["association"], told["skeleton"]) if n)]
     check_free([output], overwrite, inputs)
     read, association = looked_at(clip, told)
+    read = upright_by_names(read, told["subject"])
     if association is None:
         how = repeated(told["subject"], told["unit"], told["rate"], salvage=told["salvage"])
         start = start_from_guess(read, told["skeleton"], told["subject"], how)

@@ -32,6 +32,7 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     from mocap_skel.labels.association import associate, check_subject
     from mocap_skel.report.terminal import clip_table
     from mocap_skel.results.inspection import marker_rows
+    from mocap_skel.results.upright import upright, upright_by_names
 
     subject = told["subject"]
     read, association = looked_at(clip, told)
@@ -44,6 +45,11 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
             mismatches = [note for match in matched for note in match.mismatches(association)]
         except ClipError as error:  # nothing matches, and this is the place to see why
             mismatches = [error.message]
+    read = (
+        upright(read, matched, association.skeleton)
+        if association is not None and matched
+        else upright_by_names(read, subject)
+    )
     warnings = [f"warning: {words}" for words in _sizes(read, association, matched, subject)]
     rows = [row for row in marker_rows(read, matched) if subject in (None, row["subject"])]
     if as_json:

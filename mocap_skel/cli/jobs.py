@@ -26,6 +26,7 @@ class Looked(TypedDict):
     rate: float | None
     salvage: bool
     mirror: str | None
+    clip_up: str | None
 
 
 class Told(Looked):
@@ -53,7 +54,12 @@ def looked_at(path: Path, told: Looked) -> tuple[Clip, Association | None]:
     name = told["association"]
     association = None if name is None else read_association(name, told["skeleton"])
     clip = read_clip(
-        path, unit=told["unit"], rate=told["rate"], salvage=told["salvage"], mirror=told["mirror"]
+        path,
+        unit=told["unit"],
+        rate=told["rate"],
+        salvage=told["salvage"],
+        mirror=told["mirror"],
+        up=told["clip_up"],
     )
     return clip, association
 
@@ -84,7 +90,7 @@ def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
         association=association, calibration=calibration,
         subject=told["subject"], sigma=told["sigma"], pose=told["pose"], method=told["method"],
         noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"],
-        salvage=told["salvage"], mirror=told["mirror"], trust=told.get("trust", False),
+        salvage=told["salvage"], mirror=told["mirror"], clip_up=told["clip_up"], trust=told.get("trust", False),
         inputs=_inputs(told, clips), **more,
     )  # fmt: skip
 

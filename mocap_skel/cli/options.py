@@ -198,6 +198,10 @@ mirror = click.option(
     "--mirror", type=click.Choice(["x", "y", "z"]),
     help="Negate this axis of the clip: for exports with a negated axis, whose bodies are mirrored.",
 )  # fmt: skip
+clip_up = click.option(
+    "--clip-up", type=click.Choice(["x", "y", "z", "-x", "-y", "-z"]),
+    help="What points up in the clip, whatever the file and the body in it say.",
+)  # fmt: skip
 trust = click.option(
     "--trust-labels", "trust", is_flag=True,
     help="Fit the markers as they are named, though some look exchanged or the body mirrored.",
@@ -219,5 +223,5 @@ def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
 which = _together(association, skeleton, subject)
 pure_estimation = _together(sigma, pose, method, noise)
 estimation = _together(pure_estimation, prior, calibration, trust)
-reading = _together(unit, rate, salvage, mirror)
+reading = _together(unit, rate, salvage, mirror, clip_up)
 findings = _together(figures, folder, overwrite, as_json, quiet)

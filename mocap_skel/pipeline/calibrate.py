@@ -45,7 +45,12 @@ def calibrate(paths: Sequence[Path], job: Job) -> Calibrated:
     for path in paths:
         try:
             clip = read_clip(
-                path, unit=job.unit, rate=job.rate, salvage=job.salvage, mirror=job.mirror
+                path,
+                unit=job.unit,
+                rate=job.rate,
+                salvage=job.salvage,
+                mirror=job.mirror,
+                up=job.clip_up,
             )
             assignment = _only_subject(path, clip, job)
         except CallError:

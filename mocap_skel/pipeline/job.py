@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from mocap_skel.joints.choices import BEST
 from mocap_skel.labels.association import Assignment, Association, associate
 from mocap_skel.readers import read_clip
 from mocap_skel.results.body_size import check_size, check_size_by_names
+from mocap_skel.results.upright import upright
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
 
@@ -38,6 +40,7 @@ class Job:
         unit, rate: in place of what the clip says.
         salvage: read what there is of a clip whose file is cut off.
         mirror: the axis to negate when a clip is read, None for none.
+        clip_up: what points up in a clip, in place of what the clip and the body say.
         trust: fit the markers as they are named, though some look exchanged.
         command: the call, as the page shows it.
     """
@@ -58,6 +61,7 @@ class Job:
     rate: float | None = None
     salvage: bool = False
     mirror: str | None = None
+    clip_up: str | None = None
     trust: bool = False
     command: str = ""
 
@@ -109,12 +113,17 @@ def fit_file(path: Path, job: Job) -> Fitted:
     Raises:
         MocapSkelError: the clip cannot be read, or none of its subjects be fitted.
     """
-    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage, mirror=job.mirror)
+    clip = read_clip(
+        path, unit=job.unit, rate=job.rate, salvage=job.salvage, mirror=job.mirror, up=job.clip_up
+    )
     notes = list(clip.notes)
     if job.association is None:
         job = replace(job, association=_guessed(clip, job, notes))
+    assignments = associate(clip, job.known, job.subject)
+    clip = upright(clip, assignments, job.known.skeleton)
+    notes += [note for note in clip.notes if note not in notes]
     decided = tuple(notes)
-    subjects, failed = _fits(clip, job, notes)
+    subjects, failed = _fits(clip, assignments, job, notes)
     said = tuple(dict.fromkeys(notes))
     return Fitted(clip, job.known, tuple(subjects), decided, said, tuple(failed))
 
@@ -132,12 +141,12 @@ def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:
 
 
 def _fits(
-    clip: Clip, job: Job, notes: list[str]
+    clip: Clip, assignments: Sequence[Assignment], job: Job, notes: list[str]
 ) -> tuple[list[tuple[Assignment, SkeletonFit]], list[FitError]]:
     """The subjects of a clip that can be fitted, and why others cannot."""
     fits: list[tuple[Assignment, SkeletonFit]] = []
     failed: list[FitError] = []
-    for assignment in associate(clip, job.known, job.subject):
+    for assignment in assignments:
         mismatches = assignment.mismatches(job.known)
         try:
             fit = job.fit(clip, assignment)

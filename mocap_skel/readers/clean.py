@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.clip import Clip
+from mocap_skel.clip import UPS, Clip
 from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers.markers import markers, names_and_subjects, told_apart
 from mocap_skel.readers.raw import FARTHEST, RawClip
@@ -20,7 +20,12 @@ _NEAR = 2
 
 
 def clean(
-    raw: RawClip, name: str, unit: str | None, rate: float | None, salvage: bool = False
+    raw: RawClip,
+    name: str,
+    unit: str | None,
+    rate: float | None,
+    salvage: bool = False,
+    up: str | None = None,
 ) -> Clip:
     """Decide what a file holds; every decision that is not plain becomes a note.
 
@@ -30,11 +35,12 @@ def clean(
         unit: the length unit, in place of what the file says.
         rate: frames a second, in place of what the file says.
         salvage: frames with coordinates that cannot be count as missing.
+        up: what points up, in place of what the file says.
 
     Raises:
         ClipError: no points, no markers, no frame rate, or coordinates that cannot be; the message does not
             name the file.
-        CallError: `unit` is no unit, or `rate` not above zero.
+        CallError: `unit` is no unit, `rate` not above zero, or `up` no axis.
     """
     frames, count = raw.points.shape[:2]
     if not frames or not count:
@@ -56,6 +62,7 @@ def clean(
         raise ClipError("every marker is missing in every frame")
     metres = scale(points, unit, raw, notes)
     points *= metres
+    upward, said_by = _up(raw, up, notes)
     return Clip(
         name=name,
         points=points,
@@ -64,7 +71,8 @@ def clean(
         rate=hertz,
         first_frame=raw.first_frame,
         unit=SIGN_OF[metres],
-        up=_up(raw, notes),
+        up=upward,
+        up_by=said_by,
         left_out=left_out,
         notes=tuple(notes),
     )
@@ -160,8 +168,16 @@ def _rate(raw: RawClip, rate: float | None) -> float:
     return float(found)
 
 
-def _up(raw: RawClip, notes: list[str]) -> str:
-    """The vertical axis: what the file says, otherwise z."""
+def _up(raw: RawClip, stated: str | None, notes: list[str]) -> tuple[str, str]:
+    """The vertical axis, and who says so: what is stated, or what the file says, otherwise z.
+
+    Raises:
+        CallError: what is stated is no axis.
+    """
+    if stated is not None:
+        if stated not in UPS:
+            raise CallError(f"what points up is one of {', '.join(UPS)}, not {stated!r}")
+        return stated, "call"
     said = raw.up
     sign, axis = said[:-1], said[-1:].lower()
     known = axis in ("x", "y", "z") and sign in ("", "+", "-")
@@ -169,4 +185,4 @@ def _up(raw: RawClip, notes: list[str]) -> str:
     # C3D files that write -Z there hold heads above feet all the same.
     if said and (not known or sign == "-"):
         notes.append(f"{raw.up_name} is {said!r}: {up} is taken to point up")
-    return up
+    return up, "file" if known else ""
