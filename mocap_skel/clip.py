@@ -26,6 +26,8 @@ class Clip:
         up: the file's vertical axis, "x", "y" or "z".
         left_out: labels of the points that are no markers, by the reason why.
         notes: what the reader decided about the file, one sentence each.
+        doubles: columns whose label is one and the same in the file, the first of them and its copies.
+        as_read: labels and subjects as the reader gave them, where subjects were found in labels later.
 
     Example:
         >>> from mocap_skel import Clip, read_clip
@@ -46,6 +48,8 @@ class Clip:
     up: str
     left_out: dict[str, tuple[str, ...]]
     notes: tuple[str, ...]
+    doubles: tuple[tuple[int, ...], ...] = ()
+    as_read: tuple[tuple[str, ...], tuple[str, ...]] | None = None
 
     @property
     def frames(self) -> int:
