@@ -22,7 +22,8 @@ The joint table goes to standard output. Column 'shown' tells whether the moveme
 weak or no.
 
 Without --assoc, which label is which marker is guessed from names and motion, and said; where that
-is not sure, nothing is fitted: mocap-skel assoc guess writes the file to correct.
+is not sure, nothing is fitted: mocap-skel assoc guess writes the file to correct. A few markers that
+contradict their names are left out and named; with --strict they stop the call.
 
 Exit codes: 0 all done, 1 some clips failed, 2 wrong call or association file, 3 nothing could
 be fitted, 130 interrupted.
@@ -42,6 +43,7 @@ def _what_formats_make() -> str:
 )
 @options.clips
 @options.which
+@options.strict
 @click.option(
     "--format", "-f", "formats", multiple=True, type=click.Choice(tuple(known_formats())),
     default=(DEFAULT,), show_default=True, help="Result format; repeat it for several.",
@@ -59,6 +61,7 @@ def command(
     formats: tuple[str, ...],
     output: str,
     overwrite: bool,
+    strict: bool,
     wide: bool,
     as_json: bool,
     quiet: bool,
@@ -80,5 +83,6 @@ def command(
         formats=chosen,
         folder=None if to_stdout else Path(output),
         overwrite=overwrite,
+        strict=strict,
     )
     return each.run(clips, job, as_json=as_json, quiet=quiet, wide=wide)

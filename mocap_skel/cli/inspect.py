@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
@@ -24,24 +25,33 @@ if TYPE_CHECKING:
 def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     """Show what is in CLIP: subjects, labels, unit, rate, frames, how much of each marker is missing.
 
-    With --assoc also which marker of which segment each label is, and what does not match.
+    Also which marker of which segment each label is, by --assoc or guessed as mocap-skel fit does, and
+    what does not match.
     """
-    from mocap_skel.errors import ClipError
+    from mocap_skel.errors import CallError, ClipError
     from mocap_skel.labels.association import associate, check_subject
+    from mocap_skel.labels.subjects import with_subjects
     from mocap_skel.report.terminal import clip_table
     from mocap_skel.results.inspection import marker_rows
 
     subject = told["subject"]
-    read, association = looked_at(clip, told)
+    read, job = looked_at(clip, told)
+    read = with_subjects(read, job.association)
     check_subject(read, subject)
-    matched: tuple[Assignment, ...] = ()
+    matched: list[Assignment] = []
     mismatches: list[str] = []
-    if association is not None:
-        try:
-            matched = associate(read, association, subject)
-            mismatches = [note for match in matched for note in match.mismatches(association)]
-        except ClipError as error:  # nothing matches, and this is the place to see why
-            mismatches = [error.message]
+    try:
+        named = job.named(read)
+        for association in named.associations:
+            parts = len(named.associations) > 1
+            found = associate(named.clip, association, None if parts else subject)
+            matched += found
+            if job.association is not None:
+                mismatches += [note for one in found for note in one.mismatches(association)]
+        read = replace(read, labels=named.clip.labels)
+        mismatches += [note for note in named.notes if note not in read.notes]
+    except (CallError, ClipError) as error:  # nothing matches, and this is the place to see why
+        mismatches = [error.message]
     rows = [row for row in marker_rows(read, matched) if subject in (None, row["subject"])]
     if as_json:
         say(json.dumps({**_facts(read), "markers": rows, "mismatches": mismatches}))

@@ -126,7 +126,8 @@ association = click.option(
 )  # fmt: skip
 skeleton = click.option(
     "--skeleton", metavar="NAME", type=Named(("figure/skeletons",), ".toml"),
-    help="Skeleton by name or file, in place of the association file's; it may be a part of it.",
+    help="Skeleton by name or file, in place of the association file's; it may be a part of it. Without "
+    "--assoc the markers are guessed for it.",
 )  # fmt: skip
 subject = click.option(
     "--subject", metavar="NAME", help="Only this subject of a clip that holds several."
@@ -192,6 +193,11 @@ salvage = click.option(
     is_flag=True,
     help="Read the frames that are left of a clip whose file is cut off or damaged.",
 )
+strict = click.option(
+    "--strict", is_flag=True,
+    help="Without --assoc: stop where the movement contradicts even a few names, in place of leaving these "
+    "markers out.",
+)  # fmt: skip
 quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.labels.association import SHIPPED, Association, read_association
-from mocap_skel.labels.guess.motion import weigh
+from mocap_skel.labels.guess.motion import Verdict, weigh
 from mocap_skel.labels.guess.names import HIGH, NameGuess
 from mocap_skel.labels.guess.rigid import distances
 
@@ -49,7 +49,7 @@ def match(name: str, clip: Clip, association: Association, subject: str | None =
     >>> match("cmu", clip, read_association("cmu")).labels
     41
     """
-    there = np.isfinite(clip.points[..., 0]).any(axis=0)
+    there = np.isfinite(clip.points[..., 0]).any(axis=0).tolist()
     seen = {
         label
         for label, whose, shown in zip(clip.labels, clip.subjects, there, strict=True)
@@ -78,23 +78,22 @@ def best_match(clip: Clip, subject: str | None = None) -> Match | None:
     return max(usable, key=lambda one: (one.labels, one.share), default=None)
 
 
-def contradicted(clip: Clip, association: Association, subject: str | None = None) -> list[str]:
-    """The labels that do not move with the segment to which an association gives them."""
-    segment_of = {rule.label: rule for rule in association.rules}
-    wrong: list[str] = []
+def judged(clip: Clip, association: Association, subject: str | None = None) -> list[Verdict]:
+    """What the movement says of the markers of an association, for each subject or for one."""
+    rule_of = {rule.label: rule for rule in association.rules}
+    found: list[Verdict] = []
     for name in clip.subject_names:
         own = [
             i
             for i, whose in enumerate(clip.subjects)
-            if whose == name and subject in (None, name) and clip.labels[i] in segment_of
+            if whose == name and subject in (None, name) and clip.labels[i] in rule_of
         ]
-        if not own:
-            continue
-        rules = [segment_of[clip.labels[i]] for i in own]
-        guesses = [NameGuess(r.label, r.segment, r.marker, HIGH, "") for r in rules]
-        verdicts = weigh(guesses, distances(clip.points[:, own]), association.skeleton, clip.frames)
-        wrong += [v.guess.label for v in verdicts if v.contradicted]
-    return wrong
+        if own:
+            rules = [rule_of[clip.labels[i]] for i in own]
+            guesses = [NameGuess(r.label, r.segment, r.marker, HIGH, "") for r in rules]
+            apart = distances(clip.points[:, own])
+            found += weigh(guesses, apart, association.skeleton, clip.frames)
+    return found
 
 
 @cache

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from os.path import commonprefix
 
 import numpy as np
 
@@ -123,12 +122,19 @@ def _groupings(labels: list[str]) -> Iterator[Groups]:
         yield _by(labels, (c[k] if k < len(c) else 0 for c in cuts), front=True)
         yield _by(labels, (c[-1 - k] if k < len(c) else 0 for c in cuts), front=False)
     yield _by(labels, (len(x) - 1 if x[-1:].isdigit() else 0 for x in labels), front=False)
-    front = commonprefix(labels)
-    back = commonprefix([label[::-1] for label in labels])[::-1]
+    front = _common(labels)
+    back = _common([label[::-1] for label in labels])[::-1]
     for cut in {len(front), *_changes(front)}:
         yield _by(labels, (cut for _ in labels), front=True)
     for cut in {len(back), *(len(back) - c for c in _changes(back))}:
         yield _by(labels, (len(label) - cut for label in labels), front=False)
+
+
+def _common(labels: list[str]) -> str:
+    """What all of them begin with."""
+    low, high = min(labels), max(labels)
+    differ = (i for i, (a, b) in enumerate(zip(low, high, strict=False)) if a != b)
+    return low[: next(differ, len(low))]
 
 
 def _changes(label: str) -> list[int]:

@@ -10,11 +10,12 @@ import numpy as np
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
 from mocap_skel.export.registry import Chosen, choose
-from mocap_skel.figure.skeleton import shipped_with_root
+from mocap_skel.figure.skeleton import Skeleton, shipped_with_root
 from mocap_skel.fit import fit_skeleton
 from mocap_skel.joints.calibration import Calibration
 from mocap_skel.joints.choices import BEST
 from mocap_skel.labels.association import Assignment, Association, associate
+from mocap_skel.pipeline.naming import Named, name_markers
 from mocap_skel.readers import read_clip
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
@@ -37,6 +38,8 @@ class Job:
         unit, rate: in place of what the clip says.
         salvage: read what there is of a clip whose file is cut off.
         command: the call, as the page shows it.
+        figure: without an association, guess for this one.
+        strict: without an association, no clear name may contradict the movement.
     """
 
     association: Association | None
@@ -55,6 +58,21 @@ class Job:
     rate: float | None = None
     salvage: bool = False
     command: str = ""
+    figure: Skeleton | None = None
+    strict: bool = False
+
+    def named(self, clip: Clip) -> Named:
+        """Whose the clip's trajectories are and which is which marker, told or guessed.
+
+        Raises:
+            CallError: neither is sure.
+        """
+        from mocap_skel.labels.guess import repeated
+
+        return name_markers(
+            clip, self.association, subject=self.subject, figure=self.figure, strict=self.strict,
+            how=repeated(self.subject, self.unit, self.rate, salvage=self.salvage),
+        )  # fmt: skip
 
     @property
     def known(self) -> Association:
@@ -100,24 +118,21 @@ def fit_file(path: Path, job: Job) -> Fitted:
         MocapSkelError: the clip cannot be read, or none of its subjects be fitted.
     """
     clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
-    notes = list(clip.notes)
-    if job.association is None:
-        job = replace(job, association=_guessed(clip, job, notes))
-    decided = tuple(notes)
-    subjects, failed = _fits(clip, job, notes)
+    found = job.named(clip)
+    notes = list(found.notes)
+    subjects: list[tuple[Assignment, SkeletonFit]] = []
+    failed: list[FitError] = []
+    several = len(found.associations) > 1
+    for association in found.associations:
+        # A part of the body is a subject that the call need not know.
+        part = replace(job, association=association, subject=None if several else job.subject)
+        fits, without = _fits(found.clip, part, notes)
+        subjects += fits
+        failed += without
+    if not subjects:
+        raise failed[0]
     said = tuple(dict.fromkeys(notes))
-    return Fitted(clip, job.known, tuple(subjects), decided, said, tuple(failed))
-
-
-def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:
-    """The association that the clip's own names and motion give, where that is sure."""
-    from mocap_skel.labels.guess import check_sure, guess_association, in_words, repeated
-
-    how = repeated(job.subject, job.unit, job.rate, salvage=job.salvage)
-    found = guess_association(clip, job.subject, how)
-    check_sure(found, how)
-    notes.append(f"no --assoc, so it is guessed from names and motion: {in_words(found)}")
-    return found.association()
+    return Fitted(found.clip, found.association, tuple(subjects), found.notes, said, tuple(failed))
 
 
 def _fits(
@@ -137,8 +152,6 @@ def _fits(
             continue
         fits.append((assignment, fit))
         notes += [named(fit.subject, note) for note in (*mismatches, *fit.notes)]
-    if not fits:
-        raise failed[0]
     return fits, failed
 
 

@@ -27,7 +27,7 @@ FEW = 0.2
 
 _GUESS = ("mocap-skel", "assoc", "guess")
 
-__all__ = ["Guess", "Line", "check_sure", "guess_association", "in_words", "repeated"]
+__all__ = ["Guess", "Line", "check_sure", "doubts", "guess_association", "in_words", "repeated"]
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,11 @@ class Guess:
     def used(self) -> tuple[Line, ...]:
         """The lines that are sure enough to be used, for the figure and the other parts."""
         return tuple(line for line in self.lines if line.used)
+
+    @property
+    def may_be(self) -> int:
+        """How many labels may be markers of the figure: seen, not computed, not without a name."""
+        return sum(x.seen and not (x.computed or x.aside or x.elsewhere) for x in self.lines)
 
     def association(self) -> Association:
         """The lines of the figure that are sure enough to be used, as an association that was read from a file."""
@@ -214,22 +219,32 @@ def check_sure(guess: Guess, how: Sequence[str] = (), *, strict: bool = True) ->
     root = guess.skeleton.root.name
     placed = [line for line in guess.used if line.seen]
     on_root = [line for line in placed if line.segment == root]
-    may_be = [x for x in guess.lines if x.seen and not (x.computed or x.aside or x.elsewhere)]
     second_body = len({line.segment for line in guess.lines if line.lost}) >= SECOND_BODY
     trouble = ""
-    if against and (strict or second_body or len(against) > FEW * len(may_be)):
+    if against and (strict or second_body or len(against) > FEW * guess.may_be):
         trouble = f"names and motion contradict each other: {listed(against)}"
         if second_body:
             trouble += "; is it a second person under the same labels?"
     elif len(on_root) < LEAST_ON_ROOT:
         found = listed(x.label for x in on_root) or "none"
         trouble = f"{root} needs three markers, and only {found} could be placed there"
-    elif 2 * len(placed) < len(may_be):
-        trouble = f"only {len(placed)} of {counted(len(may_be), 'label')} could be placed"
+    elif 2 * len(placed) < guess.may_be:
+        trouble = f"only {len(placed)} of {counted(guess.may_be, 'label')} could be placed"
     if trouble:
         raise CallError(
             f"{guess.clip}: which label is which marker? The guess is not sure: {trouble}", hint
         )
+
+
+def doubts(guess: Guess) -> str:
+    """The labels whose clear name contradicts the movement, each with the reason; "" for none.
+
+    >>> from mocap_skel import read_clip
+    >>> doubts(guess_association(read_clip("sample_data/range_of_motion.c3d")))
+    ''
+    """
+    against = [f"{x.label} ({x.reason})" for x in guess.lines if x.contradicted]
+    return f"; names and motion contradict each other: {listed(against, 20)}" if against else ""
 
 
 def in_words(guess: Guess) -> str:
