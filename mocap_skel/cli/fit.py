@@ -23,7 +23,8 @@ weak or no.
 
 Without --assoc, which label is which marker is guessed from names and motion, and said; where that
 is not sure, nothing is fitted: mocap-skel assoc guess writes the file to correct. A few markers that
-contradict their names are left out and named; with --strict they stop the call.
+contradict their names are left out and named; with --strict they stop the call. With
+--skeleton, the markers are guessed for that figure.
 
 Exit codes: 0 all done, 1 some clips failed, 2 wrong call or association file, 3 nothing could
 be fitted, 130 interrupted.

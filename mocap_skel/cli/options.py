@@ -126,8 +126,7 @@ association = click.option(
 )  # fmt: skip
 skeleton = click.option(
     "--skeleton", metavar="NAME", type=Named(("figure/skeletons",), ".toml"),
-    help="Skeleton by name or file, in place of the association file's; it may be a part of it. Without "
-    "--assoc the markers are guessed for it.",
+    help="Skeleton by name or file, in place of the association file's; it may be a part of it.",
 )  # fmt: skip
 subject = click.option(
     "--subject", metavar="NAME", help="Only this subject of a clip that holds several."

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
 from mocap_skel.labels.association import SHIPPED, Association, read_association
@@ -49,11 +50,11 @@ def match(name: str, clip: Clip, association: Association, subject: str | None =
     >>> match("cmu", clip, read_association("cmu")).labels
     41
     """
-    there = np.isfinite(clip.points[..., 0]).any(axis=0).tolist()
+    there: NDArray[np.bool_] = np.asarray(np.isfinite(clip.points[..., 0]).any(axis=0))
     seen = {
         label
-        for label, whose, shown in zip(clip.labels, clip.subjects, there, strict=True)
-        if shown and subject in (None, whose)
+        for i, (label, whose) in enumerate(zip(clip.labels, clip.subjects, strict=True))
+        if there[i] and subject in (None, whose)
     }
     found = [rule for rule in association.rules if rule.label.rpartition(":")[2] in seen]
     root = association.skeleton.root.name

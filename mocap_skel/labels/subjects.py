@@ -109,7 +109,9 @@ def _best(labels: list[str], columns: list[int], clip: Clip, known: Known) -> Gr
         total = sum(counts[affix] for affix in groups) + known([label for _, label in rest])
         # Of two that know as many, the one that leaves less of the affix.
         kept = -sum(len(label) for own in groups.values() for _, label in own)
-        better = total > most or (total == most and bool(best) and kept > least)
+        # What all have may say nothing and be an affix all the same.
+        as_good = kept > least if best else len(inside) == len(labels)
+        better = total > most or (total == most and as_good)
         if groups and better and _apart([*groups.values(), rest], columns, clip):
             best, most, least = groups, total, kept
     return best

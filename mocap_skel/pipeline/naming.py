@@ -18,7 +18,7 @@ from mocap_skel.text import counted, listed
 GUESSED = "the guess"
 # Share of an association file's lines; with fewer in the clip, another file that knows twice as much is meant.
 FEW_LINES = 0.3
-# Share of a shipped file's lines that a clip must have before it is taken unasked; all where names say nothing.
+# Share of its lines that make a file the clip's own, and a shipped one taken unasked; all where names say nothing.
 MOST_LINES = 0.8
 
 
@@ -100,7 +100,7 @@ def _check_known(clip: Clip, association: Association, subject: str | None) -> N
         AssociationError: it is.
     """
     own = match(association.path, clip, association, subject)
-    if own.usable and own.share >= FEW_LINES:
+    if own.share >= (FEW_LINES if own.usable else MOST_LINES):
         return
     best = best_match(with_subjects(clip), subject)
     if best is not None and best.association.path == association.path:
@@ -167,7 +167,7 @@ def _guessed(
     may_be = len(clip.labels) if guess is None else guess.may_be
     if figure is None and (trouble or placed < may_be):
         best = best_match(clip, subject)
-        if best is not None and _knows_more(best, placed, may_be, clip, subject):
+        if best is not None and knows_more(best, placed, may_be, clip, subject):
             said = f"no --assoc: the shipped file {best.name} has {counted(best.labels, 'label')} of the clip"
             return (best.association,), f"{said}, more than names tell ({placed}), and is used"
     if trouble is not None:
@@ -179,8 +179,15 @@ def _guessed(
     return guess.associations(), f"{said}{doubts(guess)}"
 
 
-def _knows_more(best: Match, placed: int, may_be: int, clip: Clip, subject: str | None) -> bool:
-    """Whether a shipped file is a better answer than the guess: more labels, most lines, and no contradiction."""
+def knows_more(best: Match, placed: int, may_be: int, clip: Clip, subject: str | None) -> bool:
+    """Whether a shipped file is a better answer than the guess: more labels, most lines, and no contradiction.
+
+    Args:
+        best: the file.
+        placed: how many labels the guess places; 0 if names say nothing.
+        may_be: how many may be markers.
+        clip, subject: whose labels they are.
+    """
     from mocap_skel.labels.shipped import judged
 
     least = MOST_LINES if placed else 1.0

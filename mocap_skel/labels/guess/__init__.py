@@ -148,8 +148,10 @@ def guess_association(
     tree = human
     if figure is not None:
         named = {label: _own_name(guess, figure) for label, guess in named.items()}
-        if not {s.name for s in figure.segments} & {s.name for s in human.segments}:
+        there_are = {s.name for s in figure.segments}
+        if not there_are <= {s.name for s in human.segments}:
             tree = figure
+            named = {x: g if g.segment in there_are else _no_name(g) for x, g in named.items()}
     verdicts: dict[str, list[Verdict]] = {label: [] for label in named}
     for own in columns.values():
         guesses = [named[clip.labels[i]] for i in own]
@@ -282,12 +284,18 @@ def in_words(guess: Guess) -> str:
 
 
 def _own_name(guess: NameGuess, figure: Skeleton) -> NameGuess:
-    """The guess for a label, by a figure that has a marker of that name on a segment that the guess lacks."""
+    """The guess for a label, by a figure that has a marker of that name where the name says less."""
     segment = figure.segment_of.get(guess.label)
-    if segment is None or guess.segment in {s.name for s in figure.segments}:
+    placed = guess.segment in {s.name for s in figure.segments}
+    if segment is None or (placed and (guess.marker or guess.segment != segment)):
         return guess
     reason = f"a marker of {figure.name}"
     return NameGuess(guess.label, segment, guess.label, HIGH, reason, 0)
+
+
+def _no_name(guess: NameGuess) -> NameGuess:
+    """The guess for a label whose place on the human is none on another figure."""
+    return NameGuess(guess.label, "", "", OPEN, guess.reason, computed=guess.computed)
 
 
 def _without_nameless(lines: list[Line]) -> list[Line]:
