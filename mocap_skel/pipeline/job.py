@@ -130,7 +130,7 @@ def fit_file(path: Path, job: Job) -> Fitted:
         subjects += fits
         failed += without
     if not subjects:
-        raise failed[0]
+        raise _why(clip, failed[0])
     said = tuple(dict.fromkeys(notes))
     return Fitted(found.clip, found.association, tuple(subjects), found.notes, said, tuple(failed))
 
@@ -153,6 +153,17 @@ def _fits(
         fits.append((assignment, fit))
         notes += [named(fit.subject, note) for note in (*mismatches, *fit.notes)]
     return fits, failed
+
+
+def _why(clip: Clip, error: FitError) -> FitError:
+    """The error, in place of all that every joint lacks what the whole clip lacks."""
+    from mocap_skel.labels.guess.missing import what_is_missing
+
+    missing = "" if isinstance(error, RootError) else what_is_missing(clip)
+    if not missing:
+        return error
+    hint = "fit a clip of movement with the same markers"
+    return FitError(f"{clip.name}: no joint can be fitted: {missing}", hint)
 
 
 def _other_root(error: RootError) -> str | None:
