@@ -30,6 +30,8 @@ class Clip:
         notes: what the reader decided about the file, one sentence each.
         up_by: who says what is up: the "file", the "call", the "body", or "" where it is assumed.
         mirror: the axis that was negated when the file was read, since the file's body is mirrored; "" for none.
+        doubles: columns whose label is one and the same in the file, the first of them and its copies.
+        as_read: labels and subjects as the reader gave them, where subjects were found in labels later.
 
     Example:
         >>> from mocap_skel import Clip, read_clip
@@ -52,6 +54,8 @@ class Clip:
     notes: tuple[str, ...]
     mirror: str = ""
     up_by: str = "file"
+    doubles: tuple[tuple[int, ...], ...] = ()
+    as_read: tuple[tuple[str, ...], tuple[str, ...]] | None = None
 
     @property
     def frames(self) -> int:

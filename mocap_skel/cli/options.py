@@ -206,6 +206,11 @@ trust = click.option(
     "--trust-labels", "trust", is_flag=True,
     help="Fit the markers as they are named, though some look exchanged or the body mirrored.",
 )  # fmt: skip
+strict = click.option(
+    "--strict", is_flag=True,
+    help="Without --assoc: stop where the movement contradicts even a few names, in place of leaving these "
+    "markers out.",
+)  # fmt: skip
 quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")
 
 

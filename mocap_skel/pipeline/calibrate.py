@@ -13,6 +13,7 @@ from pathlib import Path
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, FitError, MocapSkelError
+from mocap_skel.figure.skeleton import Skeleton
 from mocap_skel.joints.calibration import (
     Calibrated,
     CalibratedJoint,
@@ -23,9 +24,9 @@ from mocap_skel.joints.calibration import (
     digest_of,
 )
 from mocap_skel.joints.evidence import information
-from mocap_skel.labels.association import Assignment, associate
+from mocap_skel.labels.association import Assignment, Association, associate
 from mocap_skel.pipeline.job import Job
-from mocap_skel.readers import read_clip
+from mocap_skel.pipeline.naming import Named
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
 
@@ -42,31 +43,38 @@ def calibrate(paths: Sequence[Path], job: Job) -> Calibrated:
     clips: list[tuple[Clip, Assignment]] = []
     failed: list[MocapSkelError] = []
     notes: list[str] = []
+    first: Association | None = None
+    figure: Skeleton | None = None
     for path in paths:
         try:
-            clip = read_clip(
-                path,
-                unit=job.unit,
-                rate=job.rate,
-                salvage=job.salvage,
-                mirror=job.mirror,
-                up=job.clip_up,
-            )
-            assignment = _only_subject(path, clip, job)
+            found = job.named(job.read(path))
+            figure = figure or found.association.skeleton
+            assignment = _only_subject(path, found, figure, job.subject)
         except CallError:
             raise
         except MocapSkelError as error:
             failed.append(error)
             continue
-        notes += [f"{path}: {note}" for note in clip.notes]
-        clips.append((clip, assignment))
+        notes += [f"{path}: {note}" for note in found.notes]
+        first = first or found.association
+        clips.append((found.clip, assignment))
     if not clips:
         raise failed[0]
+    job = replace(job, association=first)
     return _calibrated(clips, job, notes, failed)
 
 
-def _only_subject(path: Path, clip: Clip, job: Job) -> Assignment:
-    found = associate(clip, job.known, job.subject)
+def _only_subject(path: Path, named: Named, figure: Skeleton, subject: str | None) -> Assignment:
+    own = named.association.skeleton
+    if own.name != figure.name:
+        raise CallError(
+            f"{path}: guessed to show {own.name}, the first clip {figure.name}",
+            "a calibration is of one figure: give --assoc, or --skeleton",
+        )
+    # A part of the body is a subject that the call need not know.
+    found = associate(
+        named.clip, named.association, None if len(named.associations) > 1 else subject
+    )
     if len(found) > 1:
         raise CallError(
             f"{path}: holds several subjects: {listed([a.subject for a in found])}",

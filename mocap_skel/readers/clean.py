@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from mocap_skel.clip import UPS, Clip
 from mocap_skel.errors import CallError, ClipError
-from mocap_skel.readers.markers import markers, names_and_subjects, told_apart
+from mocap_skel.readers.markers import UNLABELLED, doubles, markers, names_and_subjects, told_apart
 from mocap_skel.readers.raw import FARTHEST, RawClip
 from mocap_skel.readers.repeated import repeated, sentences
 from mocap_skel.readers.units import SIGN_OF, scale
-from mocap_skel.text import listed
+from mocap_skel.text import counted, listed
 
 # So many samples, or numbers, that cannot be coordinates are an oddity; more are damage.
 _ODD = 2
@@ -49,11 +49,16 @@ def clean(
     names, subjects = names_and_subjects(raw)
     keep, left_out = markers(names, subjects, raw)
     for reason, out in left_out.items():
-        notes.append(f"points that are no markers ({reason}): {len(out)}: {listed(out)}")
+        if reason == UNLABELLED:
+            many = counted(len(out), "unlabelled trajectory is", "unlabelled trajectories are")
+            notes.append(f"{many} set aside: {listed(out)}")
+        else:
+            notes.append(f"points that are no markers ({reason}): {len(out)}: {listed(out)}")
     if not len(keep):
         raise ClipError(f"no marker among its points, {count} of them")
     subjects = [subjects[i] for i in keep]
-    labels = told_apart([names[i] for i in keep], subjects, keep, notes)
+    names = [names[i] for i in keep]
+    labels = told_apart(names, subjects, keep, notes)
     points = np.take(raw.points, keep, axis=1)
     points[_missing(points, raw, salvage, notes)] = np.nan
     hertz = _rate(raw, rate)
@@ -75,6 +80,7 @@ def clean(
         up_by=said_by,
         left_out=left_out,
         notes=tuple(notes),
+        doubles=doubles(names, subjects),
     )
 
 
