@@ -78,6 +78,8 @@ def _with_ezc3d(path: Path, found: Survey) -> Contents:
         raw = with_ezc3d.read(path, found)
     except ClipError as refusal:
         return _without_ezc3d(path, str(refusal))
+    if raw.invalid.size and raw.invalid.all():
+        return _without_ezc3d(path, "no residual is above zero")
     if raw.length > len(raw.points):
         return _short(raw, path)
     return raw if _agrees(raw, found) else _smoother(raw, path)

@@ -55,6 +55,10 @@ def read(path: Path) -> Contents:
     # A zero has no sign here: some write -0.0 for a point without a residual.
     with np.errstate(invalid="ignore"):
         invalid = data[..., 3] < 0
+    if invalid.all() and points.any():
+        # Who gives no point a residual means none of them to be missing.
+        invalid = ~points.any(axis=-1)
+        notes = (*notes, "every residual says that its point is missing: the residuals are not used")
     if layout.width == 2:
         points *= found.scale
     points[invalid] = np.nan
