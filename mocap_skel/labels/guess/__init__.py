@@ -15,7 +15,7 @@ from mocap_skel.figure.skeleton import STANDARD, Skeleton, shipped_skeletons
 from mocap_skel.labels.association import Association, Rule, check_subject
 from mocap_skel.labels.guess.motion import Verdict, weigh
 from mocap_skel.labels.guess.names import HIGH, LIKELY, OPEN, UNSURE, NameGuess, guess_names
-from mocap_skel.labels.guess.rigid import distances
+from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
 from mocap_skel.text import counted, listed
 
 # A root's pose needs so many markers.
@@ -114,6 +114,7 @@ def guess_association(clip: Clip, subject: str | None = None, how: Sequence[str]
     named = guess_names(labels, skeleton.segment_of.items())
     verdicts: dict[str, list[Verdict]] = {label: [] for label in named}
     for own in columns.values():
+        own = _compared(clip, own, named, verdicts)
         guesses = [named[clip.labels[i]] for i in own]
         found = distances(clip.points[:, own])
         for i, verdict in zip(own, weigh(guesses, found, skeleton, clip.frames), strict=True):
@@ -135,6 +136,22 @@ def guess_association(clip: Clip, subject: str | None = None, how: Sequence[str]
             "without names",
         )
     return Guess(clip.name, skeleton, tuple(lines))
+
+
+def _compared(
+    clip: Clip, own: list[int], named: dict[str, NameGuess], verdicts: dict[str, list[Verdict]]
+) -> list[int]:
+    """The columns of a subject whose movement is compared, not too many; the others get their verdict here."""
+    if len(own) <= MOST:
+        return own
+    guesses = [named[clip.labels[i]] for i in own]
+    first = np.array([bool(guess.segment) for guess in guesses])
+    taken = set(most_seen(clip.points[:, own], first).tolist())
+    reason = f"one of more than {MOST} labels, and seen for a shorter time than others: not compared"
+    for k, guess in enumerate(guesses):
+        if k not in taken:
+            verdicts[guess.label].append(Verdict(NameGuess(guess.label, "", "", OPEN, reason)))
+    return [i for k, i in enumerate(own) if k in taken]
 
 
 def repeated(
