@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,6 +117,8 @@ def survey(path: Path) -> Survey:
         lambda one, at, count: read_frames(path, base, one, at, count),
     )
     doubts = [*parameters.faults, *_missing(header, parameters.groups)]
+    if found.frames * _analog_samples(header, parameters.groups) > size:
+        doubts.append("its analog rate makes more samples than it has bytes")
     if base:
         doubts.append(f"{base} zeros stand before its header")
     if number(parameters.groups.get("ROTATION", {}).get("USED")):
@@ -163,6 +166,14 @@ def _missing(header: Header, groups: Groups) -> Iterator[str]:
         yield "ANALOG:OFFSET holds no integers"
     if "LABELS" in analog and not texts(analog, "LABELS") and used:
         yield "ANALOG:LABELS is no list of text"
+
+
+def _analog_samples(header: Header, groups: Groups) -> float:
+    """Samples of an analog channel in a frame: ezc3d takes some hundred bytes for each, channels or not."""
+    rate = number(groups.get("POINT", {}).get("RATE")) or header.rate
+    analog = abs(number(groups.get("ANALOG", {}).get("RATE")))
+    by_rates = analog / abs(rate) if rate else (math.inf if analog else 0.0)
+    return max(by_rates, float(header.samples))
 
 
 def _parts(group: dict[str, Any], name: str) -> list[Any]:
