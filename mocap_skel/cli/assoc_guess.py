@@ -63,6 +63,7 @@ def guess(
     from mocap_skel.export.files import check_free, write_all
     from mocap_skel.labels.association import check_subject
     from mocap_skel.labels.guess import repeated
+    from mocap_skel.pipeline.limits import limited
     from mocap_skel.readers import read_clip
 
     how = repeated(subject, unit, rate, salvage=salvage)
@@ -77,7 +78,8 @@ def guess(
         base = output.with_suffix("") if output.suffix in (".txt", ".toml") else output
         paths = [base.parent / f"{base.name}{suffix}" for suffix in (".toml", ".txt")]
     check_free(paths, overwrite, [clip])
-    read = read_clip(clip, unit=unit, rate=rate, salvage=salvage)
+    with limited(clip):
+        read = read_clip(clip, unit=unit, rate=rate, salvage=salvage)
     check_subject(read, subject)
     if by_motion:
         texts, rows, note = _by_motion(read, subject, paths)

@@ -46,11 +46,13 @@ def looked_at(path: Path, told: Looked) -> tuple[Clip, Association | None]:
         ClipError: the clip cannot be read.
     """
     from mocap_skel.labels.association import read_association
+    from mocap_skel.pipeline.limits import limited
     from mocap_skel.readers import read_clip
 
     name = told["association"]
     association = None if name is None else read_association(name, told["skeleton"])
-    clip = read_clip(path, unit=told["unit"], rate=told["rate"], salvage=told["salvage"])
+    with limited(path):
+        clip = read_clip(path, unit=told["unit"], rate=told["rate"], salvage=told["salvage"])
     return clip, association
 
 

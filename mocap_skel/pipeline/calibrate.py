@@ -25,6 +25,7 @@ from mocap_skel.joints.calibration import (
 from mocap_skel.joints.evidence import information
 from mocap_skel.labels.association import Assignment, associate
 from mocap_skel.pipeline.job import Job
+from mocap_skel.pipeline.limits import limited
 from mocap_skel.readers import read_clip
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
@@ -44,7 +45,8 @@ def calibrate(paths: Sequence[Path], job: Job) -> Calibrated:
     notes: list[str] = []
     for path in paths:
         try:
-            clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
+            with limited(path):
+                clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
             assignment = _only_subject(path, clip, job)
         except CallError:
             raise

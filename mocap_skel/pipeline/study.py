@@ -21,6 +21,7 @@ from mocap_skel.export.tables_csv import rows_csv
 from mocap_skel.extras import extra
 from mocap_skel.labels.association import Assignment, associate
 from mocap_skel.pipeline.job import Job
+from mocap_skel.pipeline.limits import limited
 from mocap_skel.readers import read_clip
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.studies import accuracy, speed, tables
@@ -131,7 +132,8 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
     Raises:
         MocapSkelError: the clip cannot be read or fitted, or its results not be written.
     """
-    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
+    with limited(path):
+        clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
     subjects = associate(clip, job.known, job.subject)
     if len(subjects) > 1:
         known = ", ".join(subject.subject for subject in subjects)

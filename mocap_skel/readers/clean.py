@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers.markers import markers, names_and_subjects, told_apart
-from mocap_skel.readers.raw import FARTHEST, RawClip
+from mocap_skel.readers.raw import FARTHEST, FASTEST, SLOWEST, RawClip
+from mocap_skel.readers.two_scales import second_scale
 from mocap_skel.readers.units import SIGN_OF, scale
 from mocap_skel.text import listed
 
@@ -31,9 +32,9 @@ def clean(
         salvage: frames with coordinates that cannot be count as missing.
 
     Raises:
-        ClipError: no points, no markers, no frame rate, or coordinates that cannot be; the message does not
-            name the file.
-        CallError: `unit` is no unit, or `rate` not above zero.
+        ClipError: no points, no markers, or coordinates that cannot be; the message does not name the file.
+        CallError: `unit` is no unit, `rate` out of its range, or the file has no rate that may be; this one
+            names the file.
     """
     frames, count = raw.points.shape[:2]
     if not frames or not count:
@@ -51,6 +52,7 @@ def clean(
     points[_missing(points, raw, salvage, notes)] = np.nan
     if not np.isfinite(points).any():
         raise ClipError("every marker is missing in every frame")
+    points *= second_scale(points, unit, raw, notes)
     metres = scale(points, unit, raw, notes)
     points *= metres
     return Clip(
@@ -58,7 +60,7 @@ def clean(
         points=points,
         labels=tuple(labels),
         subjects=tuple(subjects),
-        rate=_rate(raw, rate),
+        rate=_rate(raw, name, rate),
         first_frame=raw.first_frame,
         unit=SIGN_OF[metres],
         up=_up(raw, notes),
@@ -131,12 +133,19 @@ def _refused(
     return damaged[:, None]
 
 
-def _rate(raw: RawClip, rate: float | None) -> float:
-    if rate is not None and not 0.01 <= rate <= 1e5:
-        raise CallError(f"a frame rate is a number from 0.01 to 100000, not {rate:g}")
-    found = raw.rate if rate is None else rate
+def _rate(raw: RawClip, name: str, rate: float | None) -> float:
+    if rate is not None:
+        if not 0.01 <= rate <= 1e5:
+            raise CallError(f"a frame rate is a number from 0.01 to 100000, not {rate:g}")
+        return rate
+    found = raw.rate
     if not (np.isfinite(found) and found > 0):
-        raise ClipError("no frame rate in it", "give it with --rate")
+        raise CallError(f"{name}: no frame rate in it", "give it with --rate")
+    if not SLOWEST <= found <= FASTEST:
+        raise CallError(
+            f"{name}: its frame rate is {found:g} Hz, which no recording has",
+            "give the right one with --rate",
+        )
     return float(found)
 
 

@@ -147,7 +147,9 @@ def _compared(
     guesses = [named[clip.labels[i]] for i in own]
     first = np.array([bool(guess.segment) for guess in guesses])
     taken = set(most_seen(clip.points[:, own], first).tolist())
-    reason = f"one of more than {MOST} labels, and seen for a shorter time than others: not compared"
+    reason = (
+        f"one of more than {MOST} labels, and seen for a shorter time than others: not compared"
+    )
     for k, guess in enumerate(guesses):
         if k not in taken:
             verdicts[guess.label].append(Verdict(NameGuess(guess.label, "", "", OPEN, reason)))

@@ -115,9 +115,7 @@ def find(
     return best, tuple(_contradictions(best, claims, header, section))
 
 
-def _says_nothing(
-    declared: int, layout: Layout, size: int, claims: list[int], read: Read
-) -> bool:
+def _says_nothing(declared: int, layout: Layout, size: int, claims: list[int], read: Read) -> bool:
     """Whether a number of frames is what a counter says that nobody set, and the file's end tells more.
 
     Such counters say 1, or all that 16 bits hold. A file that is cut off ends in the middle of a frame or of
