@@ -44,7 +44,7 @@ def test_the_limit_grows_with_the_file_and_ends_with_the_work(clip):
     assert limits.memory_for(clip) == 20 * limits.GIGABYTE
     assert limits.memory_for(clip.with_name("none.c3d")) == 2 * limits.GIGABYTE
     before = resource.getrlimit(resource.RLIMIT_AS)
-    with pytest.raises(KeyError), limits.limited(clip):
+    with pytest.raises(KeyError), limits.limited(clip):  # noqa: PT012
         assert resource.getrlimit(resource.RLIMIT_AS)[0] > 0
         raise KeyError
     assert resource.getrlimit(resource.RLIMIT_AS) == before
