@@ -14,6 +14,7 @@ from c3d_bytes import (
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from mocap_skel import artificial as art
 from mocap_skel.errors import ClipError
 from mocap_skel.readers import read_clip
 from mocap_skel.readers.formats.c3d import shifts
@@ -202,3 +203,15 @@ def test_points_that_begin_at_another_place_than_they_should(path, scale):
         ClipError, match="damaged: bytes are lost or inserted before its second frame"
     ):
         read_clip(path)
+
+
+@pytest.mark.parametrize("dropout", [0.1, 0.4])
+@pytest.mark.parametrize("every", [1, 3, 7])
+def test_fast_movement_with_many_gaps_is_no_lost_bytes(path, every, dropout):
+    motion = art.range_of_motion(8, 60, seed=1)
+    clip = art.record(
+        art.human(), art.marker_set("cmu"), motion, art.Faults(sigma=0.001, dropout=dropout), seed=2
+    )
+    points = np.nan_to_num(clip.points * 1000)
+    for some in (points[::every], points[::every, :12]):
+        assert "damaged" not in notes(read_clip(c3d_file(path, some, scale=0.1)))

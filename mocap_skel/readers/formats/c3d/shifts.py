@@ -25,8 +25,12 @@ _BEHIND = (1, 3, 6)
 # A value is another's follower where it differs by no more than so many times what most values do, or by
 # such a part of their size where nothing moves.
 _MOST, _MORE, _GRID = 0.8, 3.0, 2e-3
+# At another place, it is one by half of that only: it is looked for at many.
+_STRICT = 0.5
 # Where only frames behind can tell what values do: no more than such a part of their range.
 _FAST = 0.02
+# Values spread over so many times that: with fewer, one that is near another's place is so by chance.
+_APART = 8.0
 # So many followers stand at other places, so many more than at their own. Labels exchanged in pairs reach half.
 _MOVED, _BETTER = 0.75, 0.35
 # Of fewer points an exchange of two may look like lost bytes; so many values have to tell.
@@ -127,7 +131,7 @@ class _Place:
         there = there[np.minimum(places, len(there) - 1)]
         if behind > len(self.bytes_):
             return np.ones(len(places))
-        return _followers(there, self.before, self.limit(behind))
+        return _followers(there, self.before, _STRICT * self.limit(behind))
 
 
 def _looked_at(found: Survey, at: int, frames: int) -> _Place | None:
@@ -157,7 +161,7 @@ def _looked_at(found: Survey, at: int, frames: int) -> _Place | None:
 def _is_shift(place: _Place, behind: int) -> bool:
     """Whether values follow at other places so many frames behind, and not at their own."""
     layout, limit = place.found.layout, place.limit(behind)
-    if behind > len(place.bytes_) or not limit < np.ptp(place.before) / 4:
+    if behind > len(place.bytes_) or not limit < np.ptp(place.before) / _APART:
         return False
     own = place.own(behind)
     if own > 1 - _BETTER:
