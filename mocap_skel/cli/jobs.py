@@ -51,6 +51,7 @@ def looked_at(path: Path, told: Looked) -> tuple[Clip, Job]:
     from mocap_skel.figure.skeleton import read_skeleton
     from mocap_skel.labels.association import read_association
     from mocap_skel.pipeline.job import Job
+    from mocap_skel.pipeline.limits import limited
 
     name, skeleton = told["association"], told["skeleton"]
     association = None if name is None else read_association(name, skeleton)
@@ -59,7 +60,8 @@ def looked_at(path: Path, told: Looked) -> tuple[Clip, Job]:
         association, subject=told["subject"], unit=told["unit"], rate=told["rate"],
         salvage=told["salvage"], mirror=told["mirror"], clip_up=told["clip_up"], figure=figure,
     )  # fmt: skip
-    return job.read(path), job
+    with limited(path):
+        return job.read(path), job
 
 
 def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:

@@ -44,7 +44,8 @@ def read_clip(
 
     Raises:
         ClipError: the file cannot be read, is cut off or damaged, or holds no marker; it names the file.
-        CallError: `unit` is no length unit, `rate` out of its range, or `up` no axis.
+        CallError: `unit` is no length unit, `rate` out of its range, or `up` no axis; the file has no frame rate
+            that may be, or is of a kind that is not read yet, or a folder.
 
     >>> clip = read_clip("sample_data/nearly_still.c3d")
     >>> clip.points.shape, clip.rate, clip.unit

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from mocap_skel.clip import UPS, Clip
 from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers.markers import UNLABELLED, doubles, markers, names_and_subjects, told_apart
-from mocap_skel.readers.raw import FARTHEST, RawClip
+from mocap_skel.readers.raw import FARTHEST, FASTEST, SLOWEST, RawClip
 from mocap_skel.readers.repeated import repeated, sentences
+from mocap_skel.readers.two_scales import second_scale
 from mocap_skel.readers.units import SIGN_OF, scale
 from mocap_skel.text import counted, listed
 
@@ -38,9 +39,9 @@ def clean(
         up: what points up, in place of what the file says.
 
     Raises:
-        ClipError: no points, no markers, no frame rate, or coordinates that cannot be; the message does not
-            name the file.
-        CallError: `unit` is no unit, `rate` not above zero, or `up` no axis.
+        ClipError: no points, no markers, or coordinates that cannot be; the message does not name the file.
+        CallError: `unit` is no unit, `rate` out of its range, `up` no axis, or the file has no rate that may be;
+            the last names the file.
     """
     frames, count = raw.points.shape[:2]
     if not frames or not count:
@@ -61,10 +62,11 @@ def clean(
     labels = told_apart(names, subjects, keep, notes)
     points = np.take(raw.points, keep, axis=1)
     points[_missing(points, raw, salvage, notes)] = np.nan
-    hertz = _rate(raw, rate)
+    hertz = _rate(raw, name, rate)
     _leave_out_repeated(points, labels, subjects, hertz, raw.first_frame, notes)
     if not np.isfinite(points).any():
         raise ClipError("every marker is missing in every frame")
+    points *= second_scale(points, unit, raw, notes)
     metres = scale(points, unit, raw, notes)
     points *= metres
     upward, said_by = _up(raw, up, notes)
@@ -165,12 +167,19 @@ def _refused(
     return damaged[:, None]
 
 
-def _rate(raw: RawClip, rate: float | None) -> float:
-    if rate is not None and not 0.01 <= rate <= 1e5:
-        raise CallError(f"a frame rate is a number from 0.01 to 100000, not {rate:g}")
-    found = raw.rate if rate is None else rate
+def _rate(raw: RawClip, name: str, rate: float | None) -> float:
+    if rate is not None:
+        if not 0.01 <= rate <= 1e5:
+            raise CallError(f"a frame rate is a number from 0.01 to 100000, not {rate:g}")
+        return rate
+    found = raw.rate
     if not (np.isfinite(found) and found > 0):
-        raise ClipError("no frame rate in it", "give it with --rate")
+        raise CallError(f"{name}: no frame rate in it", "give it with --rate")
+    if not SLOWEST <= found <= FASTEST:
+        raise CallError(
+            f"{name}: its frame rate is {found:g} Hz, which no recording has",
+            "give the right one with --rate",
+        )
     return float(found)
 
 

@@ -150,7 +150,7 @@ def test_a_wide_table_is_printed_on_demand_only(tmp_path):
 
 
 def test_debug_may_stand_anywhere_before_the_command(monkeypatch, capsys):
-    monkeypatch.setattr("mocap_skel.readers.read_clip", lambda *_, **__: 1 / 0)
+    monkeypatch.setattr("mocap_skel.pipeline.job.read_clip", lambda *_, **__: 1 / 0)
     for words, shown in ((["--debug"], True), ([], False)):
         with pytest.raises(SystemExit) as end:
             main([*words, "inspect", "x.c3d"])

@@ -25,7 +25,7 @@ from mocap_skel.labels.guess.names import (
     meanings,
 )
 from mocap_skel.labels.guess.part import LEAST_ON_ROOT, figures
-from mocap_skel.labels.guess.rigid import distances
+from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
 from mocap_skel.labels.guess.running import nameless
 from mocap_skel.text import counted, listed
 
@@ -163,6 +163,7 @@ def guess_association(
             named = {x: g if g.segment in there_are else _no_name(g) for x, g in named.items()}
     verdicts: dict[str, list[Verdict]] = {label: [] for label in named}
     for own in columns.values():
+        own = _compared(clip, own, named, verdicts)
         guesses = [named[clip.labels[i]] for i in own]
         found = distances(clip.points[:, own])
         for i, verdict in zip(own, weigh(guesses, found, tree, clip.frames), strict=True):
@@ -187,6 +188,24 @@ def guess_association(
             "without names",
         )
     return Guess(clip.name, skeleton, tuple(lines), tuple(parts))
+
+
+def _compared(
+    clip: Clip, own: list[int], named: dict[str, NameGuess], verdicts: dict[str, list[Verdict]]
+) -> list[int]:
+    """The columns of a subject whose movement is compared, not too many; the others get their verdict here."""
+    if len(own) <= MOST:
+        return own
+    guesses = [named[clip.labels[i]] for i in own]
+    first = np.array([bool(guess.segment) for guess in guesses])
+    taken = set(most_seen(clip.points[:, own], first).tolist())
+    reason = (
+        f"one of more than {MOST} labels, and seen for a shorter time than others: not compared"
+    )
+    for k, guess in enumerate(guesses):
+        if k not in taken:
+            verdicts[guess.label].append(Verdict(NameGuess(guess.label, "", "", OPEN, reason)))
+    return [i for k, i in enumerate(own) if k in taken]
 
 
 def repeated(
