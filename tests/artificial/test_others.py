@@ -18,7 +18,7 @@ def test_a_figure_of_a_file_has_its_tree_and_stands_on_the_floor(name):
         (s.name, s.parent, s.joint or None) for s in skeleton.segments
     ]
     poses = figure.poses(art.Motion(1.0, np.zeros((1, 3)), {}))
-    heights = [poses[s.name].origin[0, 2] for s in figure.segments[1:]]
+    heights = [poses[s.name].origin[0, 2] for s in figure.segments[1:] or figure.segments]
     heights += [poses[leaf.name].place(figure.bones[leaf.name])[0, 2] for leaf in skeleton.leaves]
     assert min(heights) == pytest.approx(0.0, abs=1e-12)
     # No joint lies on another: siblings are apart, and bones have a length.

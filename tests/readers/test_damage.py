@@ -174,7 +174,8 @@ FEW = tracks(30, 6)
     max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(
-    frame=st.integers(1, 27),
+    # Behind the 27th stand two whole frames, too few to tell.
+    frame=st.integers(1, 26),
     within=st.integers(0, 47),
     count=st.sampled_from([1, 2, 3, 4, 6, 8, 12, 20]),
     lost=st.booleans(),
