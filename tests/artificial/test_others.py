@@ -22,7 +22,7 @@ def test_a_figure_of_a_file_has_its_tree_and_stands_on_the_floor(name):
     heights += [poses[leaf.name].place(figure.bones[leaf.name])[0, 2] for leaf in skeleton.leaves]
     assert min(heights) == pytest.approx(0.0, abs=1e-12)
     # No joint lies on another: siblings are apart, and bones have a length.
-    places = np.array([poses[s.name].origin[0] for s in figure.segments[1:]])
+    places = np.array([poses[s.name].origin[0] for s in figure.segments[1:]]).reshape(-1, 3)
     apart = np.linalg.norm(places[:, None] - places, axis=2) + np.eye(len(places))
     assert apart.min() > 0.01
 
