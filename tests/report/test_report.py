@@ -9,6 +9,7 @@ import subprocess
 import sys
 from functools import cache
 from html import escape
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,9 @@ from recordings import ASSOCIATIONS, SAMPLES, clip_of, known
 
 from mocap_skel import associate, fit_skeleton, read_clip
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
+from mocap_skel.report.bands import _BRIDGED, KINDS, Band, legend, strip
 from mocap_skel.report.coverage import RADIUS, flattened
+from mocap_skel.report.headline import findings
 from mocap_skel.report.html import PageContent, page
 from mocap_skel.report.looks import LOOKS, style_of_verdicts
 from mocap_skel.report.moving import moving
@@ -335,14 +338,155 @@ def test_the_page_plays_the_rigid_figure_and_marks_what_was_filled_in_it():
     assert 'class="alarm" data-head="guessed s"><span class="sign">▲</span>' in html
 
 
-def test_where_no_two_frames_show_a_whole_figure_the_page_has_the_free_poses():
-    one = shown("nearly_still")
-    for_one_frame = dataclasses.replace(
-        one.fit, segments={}, joints=(), frame_numbers=one.fit.frame_numbers
+@cache
+def without_a_figure():
+    """Every second frame has no marker, and the gaps, 2.5 s at this rate, are too long to be bridged."""
+    good = read_clip(SAMPLES / "nearly_still.c3d")
+    points = good.points[:60].copy()
+    points[1::2] = np.nan
+    return shown_of(dataclasses.replace(good, points=points, rate=0.4))
+
+
+def test_where_no_two_frames_show_a_whole_figure_the_page_has_the_free_poses_and_says_so():
+    one = without_a_figure()
+    played = moving(one.fit)
+    assert played.fit is one.fit and played.quality is None and played.floor is None
+    html = re.sub(r"<style>.*?</style>|<script>.*?</script>", "", page(one), flags=re.S)
+    # The tracks on it are those of the fit, gaps and all.
+    about, rows = rows_of(html)
+    assert (rows[0, 1::2] == MISSING).all() and (rows[0, ::2] != MISSING).all()
+    assert about["bands"] == [] and 'id="bands"' not in html and "rig-table" not in html
+    words = re.sub(r"\s+", " ", re.sub(r"<[^>]*>", "", html))
+    assert "▲\u00a0No moving figure can be made of this clip" in words
+    assert "fit writes no BVH and no GLB of this clip" in words
+    for untrue in ("The figure is the rigid one", "bones of constant length", "bands above"):
+        assert untrue not in words, untrue
+    assert "The figure is the rigid one" in page(shown("gaps"))
+    assert "bands above" not in page(shown("nearly_still"))
+
+
+def test_the_line_at_the_top_is_the_worst_finding_and_the_others_follow_in_order():
+    one = shown("gaps")
+    found = findings(one.fit, moving(one.fit))
+    html = page(one)
+    short = re.search(r'<p id="short">(.*?)</p>', html, re.S)[1]
+    behind = re.findall(
+        r"<li>(.*?)</li>", re.search(r'<ol id="findings">(.*?)</ol>', html, re.S)[1]
     )
-    played = moving(for_one_frame)
-    assert played.fit is for_one_frame and played.quality is None and played.floor is None
-    assert "free poses" in played.notes[0]
+    assert len(found) > 2
+    for finding, place in zip(found, [short, *behind], strict=True):
+        assert escape(finding.words) in place
+        assert (f'data-frame="{finding.frame}"' in place) == (finding.frame is not None)
+    badness = [finding.badness for finding in found]
+    assert badness == sorted(badness, reverse=True) and badness[-1] > 0
+    # A marker 31 cm off is worse than one 5 cm off, and labels that look exchanged are worse than either.
+    quality = moving(one.fit).quality
+    worst = dataclasses.replace(
+        quality.segments[3], look_at=("worst",), worst=0.31, worst_frame=7, worst_marker="M"
+    )
+    less = dataclasses.replace(worst, segment=quality.segments[4].segment, worst=0.05)
+    played = SimpleNamespace(quality=dataclasses.replace(quality, segments=(less, worst)))
+    sure = tuple(
+        dataclasses.replace(joint, covariance=1e-6 * np.eye(3), doubt="")
+        for joint in one.fit.joints
+    )
+    first, second = findings(dataclasses.replace(one.fit, joints=sure), played)
+    assert "31 cm" in first.words and "5.0 cm" in second.words and first.frame == 7
+    assert first.badness == pytest.approx(0.31 / 0.04)
+    doubted = (dataclasses.replace(sure[0], doubt="exchanged"), *sure[1:])
+    first, *_ = findings(dataclasses.replace(one.fit, joints=doubted), played)
+    assert first.words.startswith("Check the labels first")
+
+
+def test_each_kind_of_band_has_its_words_and_a_colour_that_is_seen_on_either_ground():
+    bands = [Band(kind, 10 * i, 10 * i + 4, ("Head",)) for i, kind in enumerate(KINDS)]
+    assert "held" in KINDS and _BRIDGED["hold"] == "held"
+    drawn, key = strip(bands, 100, 1), legend(bands)
+    style = page(shown("nearly_still")).split("</style>")[0]
+    light, dark = re.findall(r"--panel: (#\w+)", style)
+    for kind in KINDS:
+        assert f'<rect class="{kind}"' in drawn and f'data-kind="{kind}"' in key
+        assert f"rect.{kind} {{ fill: var(" in style and f"#legend .{kind}::before" in style
+        name = "alarm-ball" if kind == "without" else kind
+        for ground, colour in zip(
+            (light, dark), re.findall(rf"--{name}: (#\w+)", style), strict=True
+        ):
+            high, low = sorted([luminance(ground), luminance(colour)], reverse=True)
+            # WCAG 2.1, 1.4.11: what is drawn.
+            assert (high + 0.05) / (low + 0.05) >= 3.0, (kind, ground)
+
+
+FILLED = (
+    "(() => { const { stage, data } = mocapSkel; const found = [];"
+    "const used = [...new Set(data.about.bones.flatMap((bone) => [bone.from, bone.to]))];"
+    "for (let frame = 0; frame < data.about.frames; frame += 5) {"
+    "mocapSkel.at = frame; mocapSkel.draw();"
+    "const at = used.map((point) => { const one = stage.camera.position.clone();"
+    "return stage.screen({ at: one, seen: data.point(point, frame, one) }) }).filter(Boolean);"
+    "const x = at.map((p) => p[0] / stage.view.clientWidth), y = at.map((p) => p[1] / stage.view.clientHeight);"
+    "found.push([Math.min(...x, ...y), Math.max(...x, ...y),"
+    "Math.max(Math.max(...x) - Math.min(...x), Math.max(...y) - Math.min(...y))]) } return found })()"
+)
+
+
+@in_chromium
+@pytest.mark.parametrize("size", [(1400, 900), (390, 844), (844, 390)])
+def test_the_figure_fills_the_view_all_the_way_and_never_leaves_it(tmp_path, size):
+    path = tmp_path / "page.html"
+    path.write_text(page(shown("range_of_motion")), encoding="utf-8")
+    with Browser(tmp_path / "profile", *size) as browser:
+        browser.open(path)
+        browser.run("mocapSkel.play(false); mocapSkel.go(0)")
+        browser.wait("mocapSkel.drawn === 0")
+        first = np.array(browser.run(FILLED))
+        assert first[:, 0].min() > 0 and first[:, 1].max() < 1
+        # From the first second on; and however it crouches and stretches, half of the time most of the view.
+        assert first[:12, 2].min() > 0.6 and np.median(first[:, 2]) > 0.65
+        # A user who has come nearer stays as much nearer; the way there leaves no trace.
+        assert browser.run("mocapSkel.stage.view.clientHeight") >= 0.4 * size[1]
+        np.testing.assert_allclose(browser.run(FILLED), first, atol=1e-6)
+        browser.run("mocapSkel.stage.camera.position.sub(mocapSkel.stage.controls.target)"
+                    ".multiplyScalar(2).add(mocapSkel.stage.controls.target)")  # fmt: skip
+        assert 0.4 < np.median(np.array(browser.run(FILLED))[:, 2] / first[:, 2]) < 0.55
+
+
+@in_chromium
+def test_bands_are_reached_by_keys_buttons_and_a_finger_beside_them(tmp_path):
+    path = tmp_path / "page.html"
+    path.write_text(page(shown("gaps")), encoding="utf-8")
+    with Browser(tmp_path / "profile", 390, 844) as browser:
+        browser.open(path)
+        browser.run("mocapSkel.play(false); mocapSkel.go(0)")
+        browser.wait("mocapSkel.drawn === 0")
+        about, _ = rows_of(page(shown("gaps")))
+        starts = sorted({start - about["firstFrame"] for start, _, _ in about["bands"]} - {0})
+        for start in starts[:2]:
+            browser.press("b", "KeyB")
+            assert browser.run("mocapSkel.frame") == start
+        browser.wait(f"mocapSkel.drawn === {starts[1]}")
+        said = browser.run("document.querySelector('#scrub').getAttribute('aria-valuetext')")
+        assert ":" in said and f"frame {starts[1] + about['firstFrame']}" in said
+        button = "document.querySelector('[data-kind=guessed]')"
+        assert browser.run(f"{button}.focus(), document.activeElement === {button}")
+        browser.run(f"mocapSkel.go(0), {button}.click()")
+        guessed = [a for a, _, words in about["bands"] if words.startswith("guessed")]
+        assert browser.run("mocapSkel.frame") == min(
+            (a - about["firstFrame"] for a in guessed if a > about["firstFrame"]), default=0
+        )
+        # Beside a band: the nearest one is meant.
+        x, y, first = browser.run(
+            "(() => { const one = document.querySelector('#bands rect.repaired'), box = one.getBoundingClientRect();"
+            "return [box.right, box.top + box.height / 2, Number(one.dataset.frame)] })()"
+        )
+        browser.run(
+            f"document.querySelector('#bands').dispatchEvent(new MouseEvent('click', {{ clientX: {x + 4}, clientY: {y} }}))"
+        )
+        assert browser.run("mocapSkel.frame") == first - about["firstFrame"]
+        # What is to look at stands before the long tables.
+        assert browser.run(
+            "document.querySelector('#rig').getBoundingClientRect().top < document.querySelector('#joints').getBoundingClientRect().top"
+        )
+        assert browser.messages == []
 
 
 @in_chromium
