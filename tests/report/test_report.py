@@ -14,35 +14,23 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from browser import CHROMIUM, Browser
-from recordings import ASSOCIATIONS, SAMPLES, clip_of, known
+from recordings import SAMPLES, clip_of
+from reported import block, rows_of, shown, shown_of
 
-from mocap_skel import associate, fit_skeleton, read_clip
+from mocap_skel import read_clip
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
 from mocap_skel.report.bands import _BRIDGED, KINDS, Band, legend, strip
 from mocap_skel.report.coverage import RADIUS, flattened
 from mocap_skel.report.headline import findings
-from mocap_skel.report.html import PageContent, page
+from mocap_skel.report.html import page
 from mocap_skel.report.looks import LOOKS, style_of_verdicts
 from mocap_skel.report.moving import moving
 from mocap_skel.report.scene import MISSING, MOST_STEPS, STEP, pack, step_of, steps_of, unpack
-from mocap_skel.report.view import view_of
 from mocap_skel.results.tables import joint_rows
 from mocap_skel.results.verdict import in_short, verdict
 
 NASTY = '</script><img src=x onerror=alert(1)>\u202e"&\ud800'
 in_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-
-
-def shown_of(clip, association="cmu"):
-    found = known(association)
-    assignment = associate(clip, found)[0]
-    fit = fit_skeleton(clip, assignment, found.skeleton)
-    return PageContent(clip, assignment, fit, ("read <well>",), "mocap-skel report")
-
-
-@cache
-def shown(name):
-    return shown_of(read_clip(SAMPLES / f"{name}.c3d"), ASSOCIATIONS[name])
 
 
 @cache
@@ -82,15 +70,6 @@ def nasty():
         one.fit, subject=NASTY, skeleton=skeleton, joints=joints, notes=(NASTY, *one.fit.notes)
     )
     return dataclasses.replace(one, fit=fit, assignment=assignment, decided=(NASTY,), command=NASTY)
-
-
-def block(html, name):
-    return re.search(rf'<script type="[a-z/]+" id="{name}">(.*?)</script>', html, re.S)[1]
-
-
-def rows_of(html):
-    about = json.loads(block(html, "scene"))
-    return about, unpack(base64.b64decode(block(html, "samples")), about["frames"])
 
 
 @pytest.mark.parametrize("name", ["range_of_motion", "gaps"])
@@ -357,7 +336,7 @@ def test_where_no_two_frames_show_a_whole_figure_the_page_has_the_free_poses_and
     assert (rows[0, 1::2] == MISSING).all() and (rows[0, ::2] != MISSING).all()
     assert about["bands"] == [] and 'id="bands"' not in html and "rig-table" not in html
     words = re.sub(r"\s+", " ", re.sub(r"<[^>]*>", "", html))
-    assert "▲\u00a0No moving figure can be made of this clip" in words
+    assert "▲ No moving figure can be made of this clip" in words
     assert "fit writes no BVH and no GLB of this clip" in words
     for untrue in ("The figure is the rigid one", "bones of constant length", "bands above"):
         assert untrue not in words, untrue
@@ -414,142 +393,6 @@ def test_each_kind_of_band_has_its_words_and_a_colour_that_is_seen_on_either_gro
             high, low = sorted([luminance(ground), luminance(colour)], reverse=True)
             # WCAG 2.1, 1.4.11: what is drawn.
             assert (high + 0.05) / (low + 0.05) >= 3.0, (kind, ground)
-
-
-FILLED = (
-    "(() => { const { stage, data } = mocapSkel; const found = [];"
-    "const used = [...new Set(data.about.bones.flatMap((bone) => [bone.from, bone.to]))];"
-    "for (let frame = 0; frame < data.about.frames; frame += 5) {"
-    "mocapSkel.at = frame; mocapSkel.draw();"
-    "const at = used.map((point) => { const one = stage.camera.position.clone();"
-    "return stage.screen({ at: one, seen: data.point(point, frame, one) }) }).filter(Boolean);"
-    "const x = at.map((p) => p[0] / stage.view.clientWidth), y = at.map((p) => p[1] / stage.view.clientHeight);"
-    "found.push([Math.min(...x, ...y), Math.max(...x, ...y),"
-    "Math.max(Math.max(...x) - Math.min(...x), Math.max(...y) - Math.min(...y))]) } return found })()"
-)
-
-
-@in_chromium
-@pytest.mark.parametrize("size", [(1400, 900), (390, 844), (844, 390)])
-def test_the_figure_fills_the_view_all_the_way_and_never_leaves_it(tmp_path, size):
-    path = tmp_path / "page.html"
-    path.write_text(page(shown("range_of_motion")), encoding="utf-8")
-    with Browser(tmp_path / "profile", *size) as browser:
-        browser.open(path)
-        browser.run("mocapSkel.play(false); mocapSkel.go(0)")
-        browser.wait("mocapSkel.drawn === 0")
-        first = np.array(browser.run(FILLED))
-        assert first[:, 0].min() > 0 and first[:, 1].max() < 1
-        # From the first second on; and however it crouches and stretches, half of the time most of the view.
-        assert first[:12, 2].min() > 0.6 and np.median(first[:, 2]) > 0.65
-        # A user who has come nearer stays as much nearer; the way there leaves no trace.
-        assert browser.run("mocapSkel.stage.view.clientHeight") >= 0.4 * size[1]
-        np.testing.assert_allclose(browser.run(FILLED), first, atol=1e-6)
-        browser.run("mocapSkel.stage.camera.position.sub(mocapSkel.stage.controls.target)"
-                    ".multiplyScalar(2).add(mocapSkel.stage.controls.target)")  # fmt: skip
-        assert 0.4 < np.median(np.array(browser.run(FILLED))[:, 2] / first[:, 2]) < 0.55
-
-
-@in_chromium
-def test_bands_are_reached_by_keys_buttons_and_a_finger_beside_them(tmp_path):
-    path = tmp_path / "page.html"
-    path.write_text(page(shown("gaps")), encoding="utf-8")
-    with Browser(tmp_path / "profile", 390, 844) as browser:
-        browser.open(path)
-        browser.run("mocapSkel.play(false); mocapSkel.go(0)")
-        browser.wait("mocapSkel.drawn === 0")
-        about, _ = rows_of(page(shown("gaps")))
-        starts = sorted({start - about["firstFrame"] for start, _, _ in about["bands"]} - {0})
-        for start in starts[:2]:
-            browser.press("b", "KeyB")
-            assert browser.run("mocapSkel.frame") == start
-        browser.wait(f"mocapSkel.drawn === {starts[1]}")
-        said = browser.run("document.querySelector('#scrub').getAttribute('aria-valuetext')")
-        assert ":" in said and f"frame {starts[1] + about['firstFrame']}" in said
-        button = "document.querySelector('[data-kind=guessed]')"
-        assert browser.run(f"{button}.focus(), document.activeElement === {button}")
-        browser.run(f"mocapSkel.go(0), {button}.click()")
-        guessed = [a for a, _, words in about["bands"] if words.startswith("guessed")]
-        assert browser.run("mocapSkel.frame") == min(
-            (a - about["firstFrame"] for a in guessed if a > about["firstFrame"]), default=0
-        )
-        # Beside a band: the nearest one is meant.
-        x, y, first = browser.run(
-            "(() => { const one = document.querySelector('#bands rect.repaired'), box = one.getBoundingClientRect();"
-            "return [box.right, box.top + box.height / 2, Number(one.dataset.frame)] })()"
-        )
-        browser.run(
-            f"document.querySelector('#bands').dispatchEvent(new MouseEvent('click', {{ clientX: {x + 4}, clientY: {y} }}))"
-        )
-        assert browser.run("mocapSkel.frame") == first - about["firstFrame"]
-        # What is to look at stands before the long tables.
-        assert browser.run(
-            "document.querySelector('#rig').getBoundingClientRect().top < document.querySelector('#joints').getBoundingClientRect().top"
-        )
-        assert browser.messages == []
-
-
-@in_chromium
-def test_a_phone_sees_the_standard_errors_and_the_figure_fills_the_view(tmp_path):
-    path = tmp_path / "page.html"
-    path.write_text(page(shown("gaps")), encoding="utf-8")
-    with Browser(tmp_path / "profile", 360, 740) as browser:
-        browser.open(path)
-        browser.run("mocapSkel.play(false); mocapSkel.go(0)")
-        browser.wait("mocapSkel.drawn === 0")
-        # Nothing is cut off at the right, and each joint's error is inside the window.
-        assert browser.run("document.documentElement.scrollWidth") == 360
-        errors = browser.run(
-            "[...document.querySelectorAll('#joint-table td[data-head=\"s.e. mm\"]')].map((cell) => "
-            "[cell.getBoundingClientRect().left, cell.getBoundingClientRect().right])"
-        )
-        assert len(errors) == 14
-        assert all(0 < left < right <= 360 for left, right in errors)
-        browser.run("document.querySelector('rect.repaired').dispatchEvent(new Event('click'))")
-        browser.wait("mocapSkel.drawn > 0")
-        assert "repaired" in browser.run("document.querySelector('#done').textContent")
-        path.write_text(page(shown("nearly_still")), encoding="utf-8")
-        browser.open(path)
-        box = browser.run(
-            "(() => { const { stage } = mocapSkel; const at = stage.figure.places.map((p) => stage.screen(p));"
-            "const x = at.map((p) => p[0]), y = at.map((p) => p[1]);"
-            "return [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y),"
-            "stage.view.clientWidth, stage.view.clientHeight] })()"
-        )
-        left, right, top, bottom, width, height = box
-        assert left >= 0 and right <= width and top >= 0 and bottom <= height
-        assert max((right - left) / width, (bottom - top) / height) > 0.6
-        assert browser.messages == []
-
-
-@in_chromium
-def test_the_page_looks_at_the_figure_as_pictures_do(tmp_path):
-    one = shown("range_of_motion")
-    path = tmp_path / "page.html"
-    path.write_text(page(one), encoding="utf-8")
-    hips = [[j.joint for j in one.fit.joints].index(f"{s}Hip") for s in ("Right", "Left")]
-    with Browser(tmp_path / "profile") as browser:
-        browser.open(path)
-        browser.run("mocapSkel.play(false); mocapSkel.go(0)")
-        browser.wait("mocapSkel.drawn === 0")
-        # The first view is the oblique one of a picture of that frame.
-        for name in ("oblique", "front", "side", "top"):
-            if name != "oblique":
-                browser.run(f"document.querySelector('[data-view={name}]').click()")
-            towards, right, left = browser.run(
-                "(() => { mocapSkel.draw(); const { stage } = mocapSkel;"
-                "return [stage.camera.position.clone().sub(stage.controls.target).normalize().toArray(),"
-                f"...{hips}.map((i) => stage.screen(stage.figure.places[i])[0])] }})()"
-            )
-            view = view_of(name, [moving(one.fit).fit], [0])
-            # The page's front and side are 0.05 of their distance, 3 degrees, above the horizon.
-            angle = np.degrees(np.arccos(min(1.0, towards @ view.axes[2])))
-            assert angle < (3.0 if name in ("front", "side") else 0.5), name
-            across = view.axes[0] @ (
-                one.fit.joints[hips[0]].track[0] - one.fit.joints[hips[1]].track[0]
-            )
-            if name != "side":
-                assert np.sign(right - left) == np.sign(across), name
 
 
 @in_chromium

@@ -23,8 +23,12 @@ export class Framing {
       if (!data.point(root, frame, home)) return [];
       return ends(data.about).filter((end) => data.point(end, frame, at)).map((end) => data.point(end, frame, at) && at.clone().sub(home));
     });
-    const middles = this.poses.map((pose) => (pose.length > 1 ? boxMiddle(pose) : null));
-    this.middles = ['x', 'y', 'z'].map((axis) => this.#meaned(middles.map((one) => (one ? one[axis] : NaN))));
+    // The middle of all that the figure takes meanwhile.
+    this.middles = ['x', 'y', 'z'].map((axis) => {
+      const side = (act) => this.#meaned(this.#windows(this.poses.map((pose) => (pose.length > 1 ? act(...pose.map((one) => one[axis])) : NaN)), (some) => act(...some)));
+      const [lowest, highest] = [side(Math.min), side(Math.max)];
+      return lowest.map((low, k) => (low + highest[k]) / 2);
+    });
     this.direction = new Vector3();
   }
 
@@ -84,14 +88,4 @@ export class Framing {
     const high = Math.min(low + 1, values.length - 1);
     return values[low] + (values[high] - values[low]) * Math.min(at - low, 1);
   }
-}
-
-function boxMiddle(pose) {
-  const low = pose[0].clone();
-  const high = pose[0].clone();
-  for (const point of pose) {
-    low.min(point);
-    high.max(point);
-  }
-  return low.add(high).multiplyScalar(0.5);
 }
