@@ -341,7 +341,7 @@ def test_where_no_two_frames_show_a_whole_figure_the_page_has_the_free_poses_and
     for untrue in ("The figure is the rigid one", "bones of constant length", "bands above"):
         assert untrue not in words, untrue
     assert "The figure is the rigid one" in page(shown("gaps"))
-    assert "bands above" not in page(shown("nearly_still"))
+    assert "bands above" not in page(shown("range_of_motion"))
 
 
 def test_the_line_at_the_top_is_the_worst_finding_and_the_others_follow_in_order():

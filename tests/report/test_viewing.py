@@ -37,7 +37,7 @@ def test_the_figure_fills_the_view_all_the_way_and_never_leaves_it(tmp_path, siz
         assert first[:, 0].min() > 0 and first[:, 1].max() < 1
         # In the first second, and in most frames, however it crouches and stretches.
         assert first[:12, 2].max() > 0.7 and first[:, 2].min() > 0.3, first[:, 2]
-        assert np.median(first[:, 2]) > 0.6, first[:, 2]
+        assert np.median(first[:, 2]) > 0.55, first[:, 2]
         # A user who has come nearer stays as much nearer; the way there leaves no trace.
         assert browser.run("mocapSkel.stage.view.clientHeight") >= 0.4 * size[1]
         np.testing.assert_allclose(browser.run(FILLED), first, atol=1e-6)

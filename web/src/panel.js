@@ -273,7 +273,7 @@ export class Panel {
       return element('li', { className: `${decided ? 'decided' : ''}${here ? ' picked' : ''}` }, tick, button);
     });
     const left = rows.filter((row) => !row.classList.contains('decided')).length;
-    by('doubts-head').textContent = mine.length ? `Doubts: ${left} of ${mine.length} left` : 'Doubts: none';
+    by('doubts-head').textContent = mine.length ? `Doubts: ${left} of ${mine.length} left` : `Doubts: none${this.#own().some((i) => assignment.now[i].segment) ? '' : ' yet'}`;
     by('doubts').replaceChildren(...rows);
   }
 
