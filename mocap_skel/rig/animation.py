@@ -16,7 +16,7 @@ from mocap_skel.rig.feet import Feet, bent_toes, find_feet, held_feet
 from mocap_skel.rig.filtering import chosen_cutoff, low_passed
 from mocap_skel.rig.fuller import fuller
 from mocap_skel.rig.model import Model, model_of
-from mocap_skel.rig.motion import Limits, RigidMotion, rigid_motion
+from mocap_skel.rig.motion import Limits, RigidMotion, rigid_motion, slowed
 from mocap_skel.rig.rest_pose import Bone, rest_pose
 from mocap_skel.rig.symmetry import even_offsets, even_points
 from mocap_skel.segments.pose import Array
@@ -110,7 +110,9 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
     feet = find_feet(model, motion.poses, vertical, fit.rate, rest)
     if choice.lock and feet.soles:
         poses = held_feet(motion.problem, motion.poses, feet, vertical, fit.rate)
-        motion = replace(motion, poses=poses)
+        limit = np.radians(choice.limits.speed) / fit.rate
+        poses, repaired = slowed(motion.problem, poses, motion.absent, limit)
+        motion = replace(motion, poses=poses, repaired=motion.repaired | repaired)
     model = _on_soles(model, feet)
     rest, average = _rested(model, vertical)
     model = _toed(model, rest, choice.even)
@@ -119,10 +121,9 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
         even = even_points(turned)
         ends = {i: rest[i].T @ even[model.segments[i].name] for i in model.ends}
         model = replace(model, ends=ends)
-    poses = bent_toes(
-        model, motion.poses, feet, vertical, np.radians(choice.limits.speed) / fit.rate
-    )
-    motion = replace(motion, model=model, poses=poses)
+    poses, repaired = bent_toes(model, motion.poses, feet, vertical, fit.rate, choice.limits.speed)
+    repaired = motion.repaired | repaired & ~motion.absent
+    motion = replace(motion, model=model, poses=poses, repaired=repaired)
     return Animation(
         motion, tuple(rest), tuple(average), feet, cutoff, fit.rate, fit.up, fit.frame_numbers,
         _of_segments(model, recorded), lacking,
