@@ -81,7 +81,9 @@ def command(
         cast(Told, {key: told[key] for key in told.keys() - format_options.names()}),
         clips,
         formats=chosen,
-        folder=None if to_stdout else Path(output),
+        folder=each.folder_of(
+            output, (s for one in known_formats().values() for s in one.suffixes)
+        ),
         overwrite=overwrite,
     )
     return each.run(clips, job, as_json=as_json, quiet=quiet, wide=wide)

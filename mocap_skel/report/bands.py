@@ -1,4 +1,4 @@
-"""Stretches of frames that are marked on the page's time line: filled, guessed, repaired, without a figure."""
+"""Stretches of frames that are marked on the page's time line: filled, guessed, held, repaired, without a figure."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from mocap_skel.text import counted, listed
 KINDS = {
     "filled": "the markers left and the joints beside tell the pose",
     "guessed": "no marker tells the pose: it follows the motion before and after",
+    "held": "no marker tells the pose: the nearest one is kept, at an end of the clip",
     "repaired": "a turn was too fast for a person",
     "without": "part of the figure is missing",
 }
@@ -48,16 +49,15 @@ class Band:
 
 
 def bands_of(moving: Moving) -> tuple[Band, ...]:
-    """What was filled, guessed and repaired in a figure, and where some of it is missing."""
+    """What was filled, guessed, held and repaired in a figure, and where some of it is missing."""
     if moving.animation is None:
         return ()
     motion = moving.animation.motion
     names = [segment.name for segment in motion.model.segments]
     flags = {kind: np.zeros_like(motion.absent) for kind in KINDS}
     for bridge in motion.bridges:
-        if bridge.by:
-            kind = "filled" if bridge.by == "markers" else "guessed"
-            flags[kind][bridge.segment, bridge.start : bridge.stop] = True
+        if bridge.kind:
+            flags[bridge.kind][bridge.segment, bridge.start : bridge.stop] = True
     flags["repaired"], flags["without"] = motion.repaired, motion.absent
     return tuple(
         Band(kind, start, stop, _names(names, own[:, start:stop]))
@@ -94,7 +94,7 @@ def strip(bands: Sequence[Band], frames: int, first: int) -> str:
     tall = 5 * len(lanes) - 1
     return (
         f'<svg id="bands" viewBox="0 0 {frames} {tall}" height="{2 * tall}" preserveAspectRatio="none" '
-        f'role="img" aria-label="Stretches of frames that are filled, guessed, repaired or missing">'
+        f'role="img" aria-label="Stretches of frames that are filled, guessed, held, repaired or missing">'
         f"{''.join(rects)}</svg>"
     )
 

@@ -49,6 +49,11 @@ class Limits:
     speed: float = 1500.0
 
 
+# What each way of bridging is called wherever a person reads of it.
+FILLED, GUESSED, HELD = "filled", "guessed", "held"
+KIND_OF = {"markers": FILLED, "motion": GUESSED, "hold": HELD, "": ""}
+
+
 @dataclass(frozen=True)
 class Bridge:
     """A stretch of frames in which the closed-form fit has no pose of a segment.
@@ -67,6 +72,11 @@ class Bridge:
     stop: int
     by: str
     residual: float
+
+    @property
+    def kind(self) -> str:
+        """FILLED: the markers left tell the turn; GUESSED: only its motion does; HELD: the nearest turn; "" for none."""
+        return KIND_OF[self.by]
 
 
 @dataclass(frozen=True, eq=False)

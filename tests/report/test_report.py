@@ -332,7 +332,7 @@ def test_the_page_plays_the_rigid_figure_and_marks_what_was_filled_in_it():
     for start, _, words in about["bands"]:
         kind = words.partition(":")[0]
         assert f'<rect class="{kind}" data-frame="{start}"' in html
-    assert 'class="alarm" data-head="guessed s"><span class="sign">▲</span>' in html
+    assert 'class="alarm" data-head="longest guess s"><span class="sign">▲</span>' in html
 
 
 def test_where_no_two_frames_show_a_whole_figure_the_page_has_the_free_poses():
