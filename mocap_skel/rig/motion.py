@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.rig.blocks import apply, multiply
 from mocap_skel.rig.bridging import bridged, bridged_places, eased, runs, smoothed
+from mocap_skel.rig.edges import carried_in
 from mocap_skel.rig.freedoms import Shared
 from mocap_skel.rig.model import Model
 from mocap_skel.rig.solver import Bones, Poses, Problem, Pull, known_turns, marker_sums, solve
@@ -155,7 +156,8 @@ def _moved(model: Model, rate: float, limits: Limits) -> RigidMotion:
         problem = replace(problem, pulls=(*problem.pulls, *bridges))
         poses = _put(poses, solve(problem.at(inside), poses.at(inside)), inside)
     absent, spans = _judged(problem, poses, missing, rate, limits)
-    poses = _calmed(problem, poses, rate)
+    calm = _calm(problem, poses, rate)
+    poses = carried_in(model, calm, solve(calm, poses), missing)
     poses, repaired = slowed(problem, poses, absent, np.radians(limits.speed) / rate)
     residual = residuals(model, poses)
     told = [
@@ -308,15 +310,15 @@ def _told(problem: Problem, poses: Poses, missing: NDArray[np.bool_]) -> NDArray
     return told
 
 
-def _calmed(problem: Problem, poses: Poses, rate: float) -> Poses:
-    """What the markers do not show follows its own mean over a short time."""
+def _calm(problem: Problem, poses: Poses, rate: float) -> Problem:
+    """The problem in which what the markers do not show follows its own mean over a short time."""
     bones = problem.bones
     stiffness = np.full(poses.frames, 1.0 / CALM_ANGLE**2)
     pulls = [
         Pull(s, smoothed(poses.local(bones, s), max(1.0, CALM * rate)), stiffness)
         for s in range(1, len(bones.parents))
     ]
-    return solve(replace(problem, pulls=(*problem.pulls, *pulls)), poses)
+    return replace(problem, pulls=(*problem.pulls, *pulls))
 
 
 def slowed(
