@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from doc_blocks import python_of
-from figures import FRAMES, MOST, Figure, corners, figures, moving, resting
+from figures import FRAMES, MOST, PLAIN, Figure, corners, figures, moving, resting
 
 from mocap_skel.export.formats.bvh import bvh_text
 from mocap_skel.export.gltf import glb
@@ -135,7 +135,7 @@ def main(calls: list[str]) -> int:
     """Compare all, print a line each, and say whether one is off."""
     worst, compared = 0.0, 0
     with tempfile.TemporaryDirectory() as folder:
-        for figure in figures(calls, ("mocap", "mixamo", "unreal")):
+        for figure in figures(calls, (PLAIN, ("mixamo", "full"), ("unreal", "full"))):
             for what, most in compare(figure, Path(folder)):
                 print(f"{what}: {1e3 * most:.4f} mm at most over {FRAMES} frames", flush=True)
                 worst, compared = max(worst, most), compared + 1

@@ -18,8 +18,9 @@ from mocap_skel.rig.kinematics import Rig, forward, rest_places
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
 CLIPS = [f"{SAMPLES}/{name}.c3d:cmu" for name in ("range_of_motion", "two_dancers", "nearly_still")]
-# Namings whose figure has the joints of the full rig.
-FULL = ("unreal",)
+# What a figure's joints are called, and which it has: those that markers show, or those of the full rig.
+Kind = tuple[str, str]
+PLAIN: Kind = ("mocap", "markers")
 FRAMES = 10
 # Metres: no program may put a joint farther from where the model has it.
 MOST = 1e-3
@@ -27,10 +28,11 @@ MOST = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """A clip's subject as a rig with y up, its joints called by one of the namings."""
+    """A clip's subject as a rig with y up, its joints called by one of the namings; `joints` as in `Kind`."""
 
     name: str
     naming: str
+    joints: str
     rig: Rig
     rate: float
 
@@ -40,7 +42,7 @@ class Figure:
         return np.linspace(0, len(self.rig.position) - 1, FRAMES).astype(int)
 
 
-def figures(calls: list[str], namings=("mocap",)) -> Iterator[Figure]:
+def figures(calls: list[str], kinds: tuple[Kind, ...] = (PLAIN,)) -> Iterator[Figure]:
     """Fit each CLIP.c3d[:ASSOCIATION]; one that cannot be a figure is named and left out."""
     for call in calls or CLIPS:
         path, _, association = call.partition(":")
@@ -50,10 +52,10 @@ def figures(calls: list[str], namings=("mocap",)) -> Iterator[Figure]:
             for subject in associate(clip, known):
                 fit = turned(fit_skeleton(clip, subject, known.skeleton), "y")
                 name = f"{Path(path).stem}{subject.subject and '-'}{subject.subject}"
-                for naming in namings:
-                    rig, segments, _ = rig_of(fit, rig="full" if naming in FULL else "markers")
+                for naming, which in kinds:
+                    rig, segments, _ = rig_of(fit, rig=which)
                     called, _ = joint_names(segments, naming)
-                    yield Figure(name, naming, replace(rig, names=called), fit.rate)
+                    yield Figure(name, naming, which, replace(rig, names=called), fit.rate)
         except MocapSkelError as error:
             print(f"{call}: not compared: {error}")
 

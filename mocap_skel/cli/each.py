@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from collections.abc import Iterable
 from contextlib import nullcontext
@@ -91,6 +92,28 @@ def check_names(clips: tuple[Path, ...]) -> None:
         seen[clip.stem] = clip
 
 
+def folder_of(output: str, suffixes: Iterable[str]) -> Path | None:
+    """The folder that `-o` names; None for - (standard output).
+
+    Args:
+        output: what was typed.
+        suffixes: of the files that are written there; a folder is not called like one of them.
+
+    Raises:
+        CallError: it is the name of a file.
+    """
+    if output == "-":
+        return None
+    folder = Path(output)
+    endings = {Path(f"walk{suffix}").suffix for suffix in suffixes}
+    if folder.suffix.lower() in endings and not folder.is_dir():
+        raise CallError(
+            f"-o {output}: that is a file's name, and results go to a folder, each under the name of its clip",
+            f"give a folder, or - for standard output: -o - > {shlex.quote(output)}",
+        )
+    return folder
+
+
 def _progress(clips: tuple[Path, ...]) -> Iterable[Path]:
     if len(clips) < 2 or not sys.stderr.isatty():
         return clips
@@ -111,11 +134,12 @@ def _send(path: Path, done: Done) -> None:
 
 def _print_json(path: Path, done: Done) -> None:
     from mocap_skel.results.rig_rows import RIG_TABLE, rig_rows
-    from mocap_skel.results.tables import joint_rows
+    from mocap_skel.results.tables import JOINT_TABLE, joint_rows
 
     for fit in done.fits:
         for row in joint_rows(fit):
-            say(json.dumps({"clip": str(path), "subject": fit.subject, **row}, allow_nan=False))
+            line = {"clip": str(path), "subject": fit.subject, "table": JOINT_TABLE, **row}
+            say(json.dumps(line, allow_nan=False))
     for figure in done.figures:
         about = {"table": RIG_TABLE, "formats": figure.formats}
         for row in rig_rows(figure.quality):

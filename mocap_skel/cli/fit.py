@@ -85,7 +85,9 @@ def command(
         cast(Told, {key: told[key] for key in told.keys() - format_options.names()}),
         clips,
         formats=chosen,
-        folder=None if to_stdout else Path(output),
+        folder=each.folder_of(
+            output, (s for one in known_formats().values() for s in one.suffixes)
+        ),
         overwrite=overwrite,
         strict=strict,
     )

@@ -54,7 +54,7 @@ def command(
         told,
         clips,
         formats=(PAGE,),
-        folder=None if to_stdout else Path(output),
+        folder=each.folder_of(output, PAGE.format.suffixes),
         overwrite=overwrite,
         command=shlex.join(["mocap-skel", *sys.argv[1:]]),
     )

@@ -13,16 +13,14 @@ if TYPE_CHECKING:
 
 NAMINGS = ("mocap", "mixamo", "unreal", "cmu")
 
-# Segment of the standard human, or joint of the full rig → the bone that moves it, as Mixamo's characters have it, as
-# Unreal's mannequin has it, and as the BVH files have it that B. Hahne made of the CMU database (cgspeed.com). A
-# joint goes before its segment: the chest turns about the lowest joint of the spine, but about the highest in a full rig.
+# Segment of the standard human or of the full rig → the bone that moves it, as Mixamo's characters have it, as Unreal's
+# mannequin has it, and as the BVH files have it that B. Hahne made of the CMU database (cgspeed.com).
 _NAMES = {
     "Hips": ("Hips", "pelvis", "Hips"),
     "Chest": ("Spine", "spine_01", "Spine"),
     "Head": ("Head", "head", "Head"),
     "LowerTrunk": ("Spine", "spine_01", "LowerBack"),
     "MiddleTrunk": ("Spine1", "spine_02", "Spine"),
-    "UpperSpine": ("Spine2", "spine_03", "Spine1"),
     "NeckBones": ("Neck", "neck_01", "Neck"),
     **{
         segment.format(side): tuple(
@@ -41,6 +39,9 @@ _NAMES = {
         )
     },
 }
+# Segment and joint → likewise, where a full rig has the segment behind another joint than the plain one: its chest
+# turns about the highest joint of the spine.
+_NAMES_AT = {("Chest", "UpperSpine"): ("Spine2", "spine_03", "Spine1")}
 _PREFIX = {"mixamo": "mixamorig:"}
 
 
@@ -66,7 +67,7 @@ def joint_names(
     if naming == "mocap":
         return tuple(_apart(own)), ()
     column, prefix = NAMINGS.index(naming) - 1, _PREFIX.get(naming, "")
-    there = [_NAMES.get(s.joint or "") or _NAMES.get(s.name) for s in segments]
+    there = [_NAMES_AT.get((s.name, s.joint or "")) or _NAMES.get(s.name) for s in segments]
     names = [
         prefix + found[column] if found else name for found, name in zip(there, own, strict=True)
     ]

@@ -1,4 +1,4 @@
-"""Stretches of frames that are marked on the page's time line: filled, held, guessed, repaired, without a figure."""
+"""Stretches of frames that are marked on the page's time line: filled, guessed, held, repaired, without a figure."""
 
 from __future__ import annotations
 
@@ -16,13 +16,11 @@ from mocap_skel.text import counted, listed
 # What is marked, in the order of the lanes, and what it means.
 KINDS = {
     "filled": "the markers left and the joints beside tell the pose",
-    "held": "at an end of the clip the nearest pose is kept for a short while",
     "guessed": "no marker tells the pose: it follows the motion before and after",
+    "held": "no marker tells the pose: the nearest one is kept, at an end of the clip",
     "repaired": "a turn was too fast for a person",
     "without": "part of the figure is missing",
 }
-# How a gap was bridged, and as what it is marked.
-_BRIDGED = {"markers": "filled", "hold": "held", "motion": "guessed"}
 # A band is drawn at least as wide as this share of the line, else nobody sees it.
 _THINNEST = 1 / 300
 # Pixels of a fifth of a lane.
@@ -53,15 +51,15 @@ class Band:
 
 
 def bands_of(moving: Moving) -> tuple[Band, ...]:
-    """What was filled, held, guessed and repaired in a figure, and where some of it is missing."""
+    """What was filled, guessed, held and repaired in a figure, and where some of it is missing."""
     if moving.animation is None:
         return ()
     motion = moving.animation.motion
     names = [segment.name for segment in motion.model.segments]
     flags = {kind: np.zeros_like(motion.absent) for kind in KINDS}
     for bridge in motion.bridges:
-        if bridge.by:
-            flags[_BRIDGED[bridge.by]][bridge.segment, bridge.start : bridge.stop] = True
+        if bridge.kind:
+            flags[bridge.kind][bridge.segment, bridge.start : bridge.stop] = True
     flags["repaired"], flags["without"] = motion.repaired, motion.absent
     return tuple(
         Band(kind, start, stop, _names(names, own[:, start:stop]))

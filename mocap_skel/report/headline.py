@@ -9,7 +9,7 @@ from mocap_skel.report.moving import Moving
 from mocap_skel.results.verdict import USABLE, error_95, in_short, levels, name_in_words
 from mocap_skel.rig.quality import (
     FLOOR,
-    GUESSED,
+    LONG_GUESS,
     MARKER,
     MARKERS,
     SKATING,
@@ -87,18 +87,22 @@ def _of_a_segment(one: SegmentQuality, quality: Quality, rate: float) -> Iterato
                 above = one.floor_distance or 0.0
                 words = f"The {name} is {_length(above)} from the floor while it stands."
                 yield Finding(above / FLOOR, words)
-            case "guessed":
-                words = f"The {name} is a guess for {one.guessed:.1f} s, in which no marker tells how it turns."
-                yield Finding(one.guessed / GUESSED, words)
+            case "standing":
+                words = f"The {name} never stands on the floor: is the floor elsewhere, or the axis that points up?"
+                yield Finding(1.0, words)
+            case "longest_guess":
+                seconds = one.longest_guess
+                words = f"The {name} is a guess for {seconds:.1f} s, in which no marker tells how it turns."
+                yield Finding(seconds / LONG_GUESS, words)
             case "repaired":
                 frames = counted(one.repaired, "frame")
                 words = (
                     f"The {name} turned faster than a person can in {frames}, which were replaced."
                 )
-                yield Finding(one.repaired / rate / GUESSED, words)
+                yield Finding(one.repaired / rate / LONG_GUESS, words)
             case "absent":
                 words = f"The {name} is missing in {one.absent} of {quality.frames} frames: its markers were not seen for too long."
-                yield Finding(one.absent / rate / GUESSED, words)
+                yield Finding(one.absent / rate / LONG_GUESS, words)
 
 
 def _length(metres: float) -> str:

@@ -16,12 +16,13 @@ class Column:
     """A column of the table.
 
     Attributes:
-        head: what stands above it in a terminal.
+        head: what stands above it in a terminal, its first word over the others: a value and its unit.
         title: what it is called where there is room.
         value: an attribute of a segment's quality, which decides whether a person should look at the cell.
         show: the cell's text; "" for what is not there.
         frame: the attribute that has the number of the frame that it is about; "" for none.
         wide: whether it is in the wide table only.
+        also: another attribute that a person should look at in this cell; "" for none.
     """
 
     head: str
@@ -30,6 +31,7 @@ class Column:
     show: Callable[[SegmentQuality], str]
     frame: str = ""
     wide: bool = False
+    also: str = ""
 
 
 def _scaled(
@@ -49,28 +51,40 @@ def _plain(value: str) -> Callable[[SegmentQuality], str]:
     return show
 
 
+def _floor(one: SegmentQuality) -> str:
+    """Distance from the floor; that there is none where no sole of the figure stands."""
+    return "none" if "standing" in one.look_at else _scaled("floor_distance", 1e2)(one)
+
+
 COLUMNS = (
     Column("segment", "segment", "", _plain("segment")),
     Column("joint", "joint", "", _plain("joint"), wide=True),
-    Column("rms", "markers off, rms mm", "marker_rms", _scaled("marker_rms", 1e3)),
-    Column("filtered", "filtered, rms mm", "", _scaled("filtered_rms", 1e3), wide=True),
-    Column("worst", "worst mm", "worst", _scaled("worst", 1e3, 0)),
-    Column("frame", "worst in frame", "", _plain("worst_frame"), "worst_frame"),
-    Column("deg/s", "turns deg/s", "turn_speed", _scaled("turn_speed", 1.0, 0)),
-    Column("frame", "turns in frame", "", _plain("turn_frame"), "turn_frame"),
-    Column("skates", "skates mm/s", "skating", _scaled("skating", 1e3, 0)),
-    Column("own", "its markers mm/s", "", _scaled("marker_skating", 1e3, 0), wide=True),
-    Column("floor cm", "from floor cm", "floor_distance", _scaled("floor_distance", 1e2)),
-    Column("filled", "frames filled", "", _plain("filled")),
-    Column("guessed s", "guessed s", "guessed", _scaled("guessed", 1.0, 2, blank=True), wide=True),
-    Column("repaired", "frames repaired", "repaired", _plain("repaired")),
-    Column("lost", "frames without it", "absent", _plain("absent")),
-    Column("marker", "worst marker", "", _plain("worst_marker")),
+    Column("rms mm", "markers off, rms mm", "marker_rms", _scaled("marker_rms", 1e3)),
+    Column("filtered mm", "filtered, rms mm", "", _scaled("filtered_rms", 1e3), wide=True),
+    Column("worst mm", "worst mm", "worst", _scaled("worst", 1e3, 0)),
+    Column("worst frame", "worst in frame", "", _plain("worst_frame"), "worst_frame"),
+    Column("turns deg/s", "turns deg/s", "turn_speed", _scaled("turn_speed", 1.0, 0)),
+    Column("turns frame", "turns in frame", "", _plain("turn_frame"), "turn_frame"),
+    Column("skates mm/s", "skates mm/s", "skating", _scaled("skating", 1e3, 0)),
+    Column("own mm/s", "by its markers mm/s", "", _scaled("marker_skating", 1e3, 0), wide=True),
+    Column("floor cm", "from floor cm", "floor_distance", _floor, also="standing"),
+    Column("filled frames", "frames filled", "", _plain("filled"), wide=True),
+    Column("guessed frames", "frames guessed", "", _plain("guessed"), wide=True),
+    Column("held frames", "frames held", "", _plain("held"), wide=True),
+    Column(
+        "guess s",
+        "longest guess s",
+        "longest_guess",
+        _scaled("longest_guess", 1.0, 2, blank=True),
+    ),
+    Column("repaired frames", "frames repaired", "repaired", _plain("repaired")),
+    Column("lost frames", "frames without it", "absent", _plain("absent")),
+    Column("worst marker", "worst marker", "", _plain("worst_marker")),
 )
 # Characters of a line of the narrow table: all columns, where names are as long as the human's.
 LINE = 99
 # Columns of text; the others are numbers.
-_WORDS = ("segment", "joint", "marker")
+_WORDS = ("segment", "joint", "worst marker")
 
 
 def rig_table(quality: Quality, formats: Sequence[str], *, wide: bool = False) -> str:
@@ -92,13 +106,13 @@ def rig_table(quality: Quality, formats: Sequence[str], *, wide: bool = False) -
     kept = [(c, own) for c, own in cells if wide or (not c.wide and any(own))]
     left = frozenset(i for i, (column, _) in enumerate(kept) if column.head in _WORDS)
     body = list(zip(*(own for _, own in kept), strict=True))
-    return f"{title}\n{table([c.head for c, _ in kept], body, left, 0 if wide else LINE)}"
+    names, units = zip(*(column.head.partition(" ")[::2] for column, _ in kept), strict=True)
+    return f"{title}\n{table(names, [units, *body], left, 0 if wide else LINE)}"
 
 
 def alarming(column: Column, one: SegmentQuality) -> bool:
     """Whether a person should look at a cell."""
-    # A guess is a part of what is filled, which a narrow table has alone.
-    return column.value in one.look_at or (column.head == "filled" and "guessed" in one.look_at)
+    return column.value in one.look_at or column.also in one.look_at
 
 
 def marked(column: Column, one: SegmentQuality) -> str:
@@ -116,6 +130,8 @@ def rig_summary(quality: Quality) -> str:
         parts.append(f"markers {1e3 * quality.marker_rms:.1f} mm off{after}")
     if quality.floor_distance is not None:
         parts.append(f"soles {100 * quality.floor_distance:.1f} cm from the floor")
+    if any("standing" in one.look_at for one in quality.segments):
+        parts.append("no sole ever stands")
     if quality.figure < quality.frames:
         parts.append(f"whole in {quality.figure} of {quality.frames} frames")
     some = quality.look_at

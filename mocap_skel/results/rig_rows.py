@@ -7,7 +7,7 @@ from typing import Any
 
 from mocap_skel.rig.quality import Quality
 
-# What a line of JSON that is about a segment of a rigid figure says of itself: other lines are about joints.
+# What a line of JSON that is about a segment of a rigid figure says of itself: others are `tables.JOINT_TABLE`.
 RIG_TABLE = "rig quality"
 
 

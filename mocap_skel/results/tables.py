@@ -16,6 +16,9 @@ from mocap_skel.skeleton_fit import SkeletonFit
 if TYPE_CHECKING:
     import pandas
 
+# What a line of JSON that is about a joint says of itself: other lines are about other things.
+JOINT_TABLE = "joints"
+
 
 def track_columns(fit: SkeletonFit) -> tuple[list[str], Array]:
     """The columns of skeleton.csv behind frame and time.

@@ -16,7 +16,7 @@ from mocap_skel.rig.feet import Feet, bent_toes, find_feet, held_feet
 from mocap_skel.rig.filtering import chosen_cutoff, low_passed
 from mocap_skel.rig.fuller import fuller
 from mocap_skel.rig.model import Model, model_of
-from mocap_skel.rig.motion import Limits, RigidMotion, rigid_motion
+from mocap_skel.rig.motion import FILLED, GUESSED, HELD, Limits, RigidMotion, rigid_motion, slowed
 from mocap_skel.rig.rest_pose import Bone, rest_pose
 from mocap_skel.rig.symmetry import even_offsets, even_points
 from mocap_skel.segments.pose import Array
@@ -110,7 +110,9 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
     feet = find_feet(model, motion.poses, upward, fit.rate, rest)
     if choice.lock and feet.soles:
         poses = held_feet(motion.problem, motion.poses, feet, upward, fit.rate)
-        motion = replace(motion, poses=poses)
+        limit = np.radians(choice.limits.speed) / fit.rate
+        poses, repaired = slowed(motion.problem, poses, motion.absent, limit)
+        motion = replace(motion, poses=poses, repaired=motion.repaired | repaired)
     model = _on_soles(model, feet)
     rest, average = _rested(model, upward)
     model = _toed(model, rest, choice.even)
@@ -119,8 +121,9 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
         even = even_points(turned)
         ends = {i: rest[i].T @ even[model.segments[i].name] for i in model.ends}
         model = replace(model, ends=ends)
-    poses = bent_toes(model, motion.poses, feet, upward, np.radians(choice.limits.speed) / fit.rate)
-    motion = replace(motion, model=model, poses=poses)
+    poses, repaired = bent_toes(model, motion.poses, feet, upward, fit.rate, choice.limits.speed)
+    repaired = motion.repaired | repaired & ~motion.absent
+    motion = replace(motion, model=model, poses=poses, repaired=repaired)
     return Animation(
         motion, tuple(rest), tuple(average), feet, cutoff, fit.rate, fit.up, fit.frame_numbers,
         _of_segments(model, recorded), lacking,
@@ -232,24 +235,25 @@ def animation_notes(animation: Animation) -> tuple[str, ...]:
             f"the markers' movement above {animation.cutoff:g} Hz is taken away (--smooth 0 keeps it)"
         )
     ways = {
-        "markers": "by the markers left and the joints beside",
-        "motion": "by the motion before and after",
-        "hold": "with the nearest pose",
+        FILLED: "by the markers left and the joints beside",
+        GUESSED: "by the motion before and after",
+        HELD: "in the nearest pose",
     }
     motion = animation.motion
     names = [segment.name for segment in motion.model.segments]
-    for by, how in ways.items():
-        filled = {
-            names[s]: [(b.start, b.stop) for b in motion.bridges if b.segment == s and b.by == by]
+    for kind, how in ways.items():
+        bridges = [b for b in motion.bridges if b.kind == kind]
+        found_in = {
+            names[s]: [(b.start, b.stop) for b in bridges if b.segment == s]
             for s in range(len(names))
             # What no marker shows ever has no gaps of its own.
             if names[s] not in motion.model.added
         }
-        told = [f"{name} {spans(animation, found)}" for name, found in filled.items() if found]
-        off = [b.residual for b in motion.bridges if b.by == by and np.isfinite(b.residual)]
+        told = [f"{name} {spans(animation, found)}" for name, found in found_in.items() if found]
+        off = [b.residual for b in bridges if np.isfinite(b.residual)]
         seen = f"; markers seen there are {1e3 * max(off):.0f} mm off at most" if off else ""
         if told:
-            notes.append(f"filled {how}: {listed(told, 20)}{seen}")
+            notes.append(f"{kind} {how}: {listed(told, 20)}{seen}")
     repaired = [
         f"{name} {spans(animation, runs(row))}"
         for name, row in zip(names, motion.repaired, strict=True)

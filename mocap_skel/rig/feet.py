@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from mocap_skel.rig.blocks import apply, multiply, rotation, transposed
@@ -31,6 +32,8 @@ HIGHEST_MARKER, UNDER_MARKER = 0.15, 0.03
 # Cosine of the angle between the stands' vertical and that of the rest pose beyond which the stands are none: a
 # foot that hangs in the air is not flat.
 FLAT = np.cos(np.radians(25.0))
+# Seconds in which toes bend or straighten: at push-off a person's take about a tenth (Carson 2001, J. Biomech. 34, 1299).
+BEND = 0.1
 # As a share of their length, what toes that point straight down reach forward; less has no direction.
 LEAST_LEVEL = 1e-6
 # A held sole weighs as so many markers, and takes so long (seconds) to come from its free path and go back.
@@ -140,8 +143,8 @@ def _steady(flags: NDArray[np.bool_], rate: float) -> NDArray[np.bool_]:
 def held_feet(problem: Problem, poses: Poses, feet: Feet, up: Array, rate: float) -> Poses:
     """The motion with each sole held at one place of the floor while it stands.
 
-    The whole leg gives way, as the markers allow; before and after a stand the sole comes from and goes back to its
-    free path over EASE seconds.
+    The whole leg gives way, and the rest of the figure stays as near as it can to where it was; before and after a
+    stand the sole comes from and goes back to its free path over EASE seconds.
     """
     extra: Sums | None = None
     bones = problem.bones
@@ -155,50 +158,101 @@ def held_feet(problem: Problem, poses: Poses, feet: Feet, up: Array, rate: float
     if extra is None:
         return poses
     here = np.flatnonzero(touched)
-    # What neither markers nor the floor tell stays as calm as it was.
+    # The markers as the figure has them, not as they were seen: without the floor the figure would stay as it is, so that
+    # nothing jumps where a stand begins or ends, and what was calmed or slowed is not undone.
+    joints = poses.joints(bones)
+    shown = [
+        (apply(poses.turn[:, :, s, :, None], place.T[:, None]) + joints[:, s, :, None]).transpose(
+            1, 2, 0
+        )
+        for s, place in enumerate(bones.places)
+    ]
+    own = marker_sums(bones, shown, problem.sums.origin.T)
     stiffness = np.full(poses.frames, 1.0 / CALM_ANGLE**2)
-    calm = [Pull(s, poses.local(bones, s), stiffness) for s in range(1, len(bones.parents))]
-    pulls = (*problem.pulls, *calm)
-    held = replace(problem, sums=problem.sums.plus(extra), pulls=pulls).at(here)
-    found = solve(held, poses.at(here))
+    calm = tuple(Pull(s, poses.local(bones, s), stiffness) for s in range(1, len(bones.parents)))
+    found = solve(Problem(bones, own.plus(extra), (), calm).at(here), poses.at(here))
     turn, root = poses.turn.copy(), poses.root.copy()
     turn[..., here], root[:, here] = found.turn, found.root
     return Poses(turn, root)
 
 
-def bent_toes(model: Model, poses: Poses, feet: Feet, up: Array, limit: float) -> Poses:
+def bent_toes(
+    model: Model, poses: Poses, feet: Feet, up: Array, rate: float, limit: float
+) -> tuple[Poses, NDArray[np.bool_]]:
     """The motion with toes that lie on the floor while their foot rolls over them, instead of going through it.
 
-    Toes are what hangs from a foot with a sole (`Model.tips`); their end keeps its direction as seen from above.
+    Toes are what hangs from a foot with a sole (`Model.tips`). They begin to bend a little before the floor asks for
+    it, and straighten over BEND seconds: never less than it asks for.
 
     Args:
         model: the figure.
         poses: its motion.
         feet: its soles and the floor.
         up: (3,) the lab's vertical.
-        limit: radians; no toes turn farther from frame to frame.
+        rate: frames a second.
+        limit: degrees a second; no toes turn faster.
+
+    Returns:
+        The motion; (S, F) turns of toes that were faster than the limit, replaced.
     """
+    changed = np.zeros(poses.turn.shape[2:], dtype=bool)
     soled = {sole.segment for sole in feet.soles}
     toes = [s for s in model.ends if model.bones.parents[s] in soled & set(model.tips)]
     if not toes:
-        return poses
+        return poses, changed
     turn, joints = poses.turn.copy(), poses.joints(model.bones)
     for s in toes:
-        end = apply(turn[:, :, s], model.ends[s])
-        length = float(np.linalg.norm(model.ends[s]))
-        lowest = np.clip(feet.floor - up @ joints[:, s], -length, 0.0)
-        height = up @ end
-        through = height < lowest
-        level = end - up[:, None] * height
-        level /= np.maximum(np.linalg.norm(level, axis=0), LEAST_LEVEL * length)
-        # About the level axis that is square to the toes, from their slope to that of the floor under them.
-        angle = np.arcsin(lowest / length) - np.arcsin(np.clip(height / length, -1.0, 1.0))
-        axis = np.cross(level.T, up).T * np.where(through, angle, 0.0)
-        turn[:, :, s] = multiply(rotation(axis), turn[:, :, s])
-        foot = turn[:, :, model.bones.parents[s]]
-        local, _ = eased(multiply(transposed(foot), turn[:, :, s]), limit)
+        foot, place = turn[:, :, model.bones.parents[s]], joints[:, s]
+        above = feet.floor - up @ place
+        bend = _bend(turn[:, :, s], model.ends[s], above, up)
+        # In the foot, whose turn the bend goes with.
+        eased_bend = _eased_bend(apply(transposed(foot), bend), BEND * rate)
+        own = multiply(rotation(apply(foot, eased_bend)), turn[:, :, s])
+        # What its axis was turned by, where the foot turns fast.
+        own = multiply(rotation(_bend(own, model.ends[s], above, up)), own)
+        local, changed[s] = eased(multiply(transposed(foot), own), np.radians(limit) / rate)
         turn[:, :, s] = multiply(foot, local)
-    return Poses(turn, poses.root)
+    return Poses(turn, poses.root), changed
+
+
+def _bend(turn: Array, end: Array, floor: Array, up: Array) -> Array:
+    """(3, F): the turn about a level axis that brings the end of toes up to the floor; 0 where it is not under it.
+
+    Args:
+        turn: (3, 3, F) of the toes.
+        end: (3,) from their joint, in their axes.
+        floor: (F,) its height over the joint.
+        up: (3,) the lab's vertical.
+    """
+    reach = apply(turn, end)
+    length = float(np.linalg.norm(end))
+    height, lowest = up @ reach, np.clip(floor, -length, 0.0)
+    level = reach - up[:, None] * height
+    level /= np.maximum(np.linalg.norm(level, axis=0), LEAST_LEVEL * length)
+    # About the level axis that is square to the toes, from their slope to that of the floor under them.
+    angle = np.arcsin(lowest / length) - np.arcsin(np.clip(height / length, -1.0, 1.0))
+    return np.asarray(np.cross(level.T, up).T * np.maximum(angle, 0.0))
+
+
+def _eased_bend(bend: Array, frames: float) -> Array:
+    """Rotation vectors (3, F) that come and go over so many frames, and are nowhere smaller than they were.
+
+    The mean, over a window, of the largest in a window of the same width.
+    """
+    half = int(0.5 * frames + 0.5)
+    size = np.linalg.norm(bend, axis=0)
+    if half < 1 or not size.any():
+        return bend
+    wide = np.pad(size, 2 * half, mode="edge")
+    largest = sliding_window_view(wide, 2 * half + 1).max(axis=1)
+    grown = sliding_window_view(largest, 2 * half + 1).mean(axis=1)
+    # Its axis is the mean of those around it, as far as the window of a window goes.
+    around = np.pad(bend, ((0, 0), (2 * half, 2 * half)), mode="edge")
+    axis = sliding_window_view(around, 4 * half + 1, axis=1).mean(axis=2)
+    length = np.linalg.norm(axis, axis=0)
+    return np.asarray(
+        axis * np.where(length > 0.0, grown / np.where(length > 0.0, length, 1.0), 0.0)
+    )
 
 
 def _goal(

@@ -142,9 +142,12 @@ class _Draft:
         ]
         parent, turn = row.parent, above.turn
         first = child.offset
+        # A turn about its only marker that the segment does not show is pulled to its mean, each joint to its part.
+        held = None if child.loose is None else bent
         for name, joint, step in zip(row.names, row.joints, steps, strict=False):
             turn = multiply(turn, part)
             self._add(name, joint, parent, first + step, turn)
+            self.parts[name].loose = held
             parent, first = name, np.zeros(3)
         shift = row.at[-1] * toward
         for other in self.parts.values():
@@ -154,7 +157,7 @@ class _Draft:
         child.parent, child.offset, child.joint = parent, steps[-1], child.joint + shift
         child.places = child.places - shift
         child.end = None if child.end is None else child.end - shift
-        child.local, child.loose = local, None
+        child.local, child.loose = local, None if held is None else held @ local
         self._springs.append(((*row.names, row.segment), local, row.stray))
         return True
 

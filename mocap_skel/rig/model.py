@@ -44,7 +44,8 @@ class Model:
         markers: of each segment, their names.
         points: of each segment, its markers (F, M, 3) in the order of `bones.places`, NaN = hidden or left out.
         start: what the closed-form fit has; NaN where a segment has no pose.
-        loose: segments of one marker, whose turn about it is not seen, with their mean turn (3, 3) in the parent.
+        loose: segments of one marker, whose turn about it is not seen, with their mean turn (3, 3) in the parent; joints
+            that share such a turn, with their part of it.
         ends: the end point (3,) of each segment without children, from its joint in its axes.
         joints: (S, 3) each segment's joint in the axes of its closed-form pose.
         rested: turns (3, 3) in the rest pose that are known beforehand: of a segment in its parent, of the root from

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.rig.blocks import apply, multiply
 from mocap_skel.rig.bridging import bridged, bridged_places, eased, runs, smoothed
+from mocap_skel.rig.edges import carried_in
 from mocap_skel.rig.freedoms import Shared
 from mocap_skel.rig.model import Model
 from mocap_skel.rig.solver import Bones, Poses, Problem, Pull, known_turns, marker_sums, solve
@@ -29,6 +30,9 @@ MARCH, MARCH_STEPS = 120, 3
 # Seconds and radians: turns are pulled towards their own mean over so long a time as firmly as to so large an
 # angle. It takes what markers do not show; joints move by millimetres (benchmarks/rig_quality.py).
 CALM, CALM_ANGLE = 1.0 / 30.0, np.radians(5.0)
+# Where a turn is too fast, the joints beside it make up for what it loses, in so many rounds; the slowed turn is held as
+# firmly as to so large an angle (radians), against which no marker has a chance.
+ROUNDS, SLOWED_ANGLE = 3, np.radians(0.3)
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,11 @@ class Limits:
     gap: float = 2.0
     hold: float = 0.25
     speed: float = 1500.0
+
+
+# What each way of bridging is called wherever a person reads of it.
+FILLED, GUESSED, HELD = "filled", "guessed", "held"
+KIND_OF = {"markers": FILLED, "motion": GUESSED, "hold": HELD, "": ""}
 
 
 @dataclass(frozen=True)
@@ -64,6 +73,11 @@ class Bridge:
     stop: int
     by: str
     residual: float
+
+    @property
+    def kind(self) -> str:
+        """FILLED: the markers left tell the turn; GUESSED: only its motion does; HELD: the nearest turn; "" for none."""
+        return KIND_OF[self.by]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,8 +156,9 @@ def _moved(model: Model, rate: float, limits: Limits) -> RigidMotion:
         problem = replace(problem, pulls=(*problem.pulls, *bridges))
         poses = _put(poses, solve(problem.at(inside), poses.at(inside)), inside)
     absent, spans = _judged(problem, poses, missing, rate, limits)
-    poses = _calmed(problem, poses, rate)
-    poses, repaired = _slowed(bones, poses, absent, np.radians(limits.speed) / rate)
+    calm = _calm(problem, poses, rate)
+    poses = carried_in(model, calm, solve(calm, poses), missing)
+    poses, repaired = slowed(problem, poses, absent, np.radians(limits.speed) / rate)
     residual = residuals(model, poses)
     told = [
         Bridge(s, a, b, by, _root_mean_square(residual, bones, s, slice(a, b)))
@@ -295,32 +310,68 @@ def _told(problem: Problem, poses: Poses, missing: NDArray[np.bool_]) -> NDArray
     return told
 
 
-def _calmed(problem: Problem, poses: Poses, rate: float) -> Poses:
-    """What the markers do not show follows its own mean over a short time."""
+def _calm(problem: Problem, poses: Poses, rate: float) -> Problem:
+    """The problem in which what the markers do not show follows its own mean over a short time."""
     bones = problem.bones
     stiffness = np.full(poses.frames, 1.0 / CALM_ANGLE**2)
     pulls = [
         Pull(s, smoothed(poses.local(bones, s), max(1.0, CALM * rate)), stiffness)
         for s in range(1, len(bones.parents))
     ]
-    return solve(replace(problem, pulls=(*problem.pulls, *pulls)), poses)
+    return replace(problem, pulls=(*problem.pulls, *pulls))
 
 
-def _slowed(
-    bones: Bones, poses: Poses, absent: NDArray[np.bool_], limit: float
+def slowed(
+    problem: Problem, poses: Poses, absent: NDArray[np.bool_], limit: float
 ) -> tuple[Poses, NDArray[np.bool_]]:
-    """Turns that are faster than a limit (radians a frame) replaced, and where."""
+    """Turns that are faster than a limit replaced, and where.
+
+    A limb whose one joint is slowed would leave its markers; the joints beside it turn more instead, as far as they
+    keep the limit themselves.
+
+    Args:
+        problem: what the poses solve.
+        poses: of F frames.
+        absent: (S, F) where the poses mean nothing.
+        limit: radians a frame.
+
+    Returns:
+        The poses; (S, F) turns that were replaced.
+    """
+    bones = problem.bones
     repaired = np.zeros(poses.turn.shape[2:], dtype=bool)
+    for last in (*[False] * ROUNDS, True):
+        poses, more = _eased(bones, poses, limit)
+        repaired |= more & ~absent
+        if last or not more.any():
+            break
+        here = np.flatnonzero(more.any(axis=0))
+        calm = np.full(poses.frames, 1.0 / CALM_ANGLE**2)
+        pulls = [
+            Pull(
+                s,
+                poses.local(bones, s),
+                np.where(repaired[s], 1.0 / SLOWED_ANGLE**2, calm),
+            )
+            for s in range(1, len(bones.parents))
+        ]
+        held = replace(problem, pulls=(*problem.pulls, *pulls))
+        poses = _put(poses, solve(held.at(here), poses.at(here), MARCH_STEPS), here)
+    return poses, repaired
+
+
+def _eased(bones: Bones, poses: Poses, limit: float) -> tuple[Poses, NDArray[np.bool_]]:
+    """Every joint's turn within a limit (radians a frame), whatever that does to what hangs from it, and where."""
+    changed = np.zeros(poses.turn.shape[2:], dtype=bool)
     locals_ = [poses.local(bones, s) for s in range(len(bones.parents))]
     for s, local in enumerate(locals_):
-        locals_[s], repaired[s] = eased(local, limit)
-    repaired &= ~absent
-    if not repaired.any():
-        return poses, repaired
+        locals_[s], changed[s] = eased(local, limit)
+    if not changed.any():
+        return poses, changed
     turn = np.empty_like(poses.turn)
     for s, parent in enumerate(bones.parents):
         turn[:, :, s] = locals_[s] if parent < 0 else multiply(turn[:, :, parent], locals_[s])
-    return Poses(turn, poses.root), repaired
+    return Poses(turn, poses.root), changed
 
 
 def residuals(model: Model, poses: Poses) -> list[Array]:

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.rig.animation import KEPT, Animation
+from mocap_skel.rig.blocks import apply
 from mocap_skel.rig.bridging import MEMORY, steps
 from mocap_skel.rig.feet import Sole, point_track, speed
-from mocap_skel.rig.motion import Limits, residuals
+from mocap_skel.rig.motion import FILLED, GUESSED, HELD, Limits, residuals
 from mocap_skel.segments.pose import Array
 
 # What is beyond these limits a person should look at.
@@ -20,16 +21,15 @@ from mocap_skel.segments.pose import Array
 MARKERS = 0.02
 # Metres, one marker in one frame: the most of that, and 1 cm for what rigid bones cannot follow (by eye).
 MARKER = 0.04
-# Degrees a second: no joint of a person turns faster. The motion is held to it, but what `held_feet` does comes later.
+# Degrees a second: no joint of a person turns faster. The motion is held to it.
 TURN = Limits.speed
-# Metres a second that a standing sole is faster along the floor than its markers: 1.2 cm in a walker's stand of
-# 0.6 s, as much as FLOOR allows upwards.
+# Metres a second that a standing sole is faster along the floor than its markers carry it: 1.2 cm in a walker's
+# stand of 0.6 s, as much as FLOOR allows upwards. A sole that slides with its markers is the person's own.
 SKATING = 0.02
 # Metres between a standing sole and the floor: a figure of life size is then seen to float, or to sink in.
 FLOOR = 0.01
-# Seconds of a turn filled in that no marker tells of: after so long the speed before and after a gap says a quarter of
-# what it says over a short one, and the turn is a guess.
-GUESSED = MEMORY
+# Seconds of a guess: after so long the speed before and after a gap says a quarter of what it says over a short one.
+LONG_GUESS = MEMORY
 
 
 @dataclass(frozen=True)
@@ -47,10 +47,14 @@ class SegmentQuality:
         turn_speed: degrees a second, the fastest turn against its parent; of the root against the lab.
         turn_frame: the file's number of the frame in which that turn ends.
         skating: metres a second along the floor, median over the frames in which its soles stand.
-        marker_skating: the same of the markers above them, to which the figure was fitted.
+        marker_skating: the same of its soles as the markers above them carry them, to which the figure was fitted:
+            each sole keeps its place under its marker, so that a foot that turns about it does not count.
         floor_distance: metres, mean distance of its soles from the floor while they stand.
-        filled: frames in which its pose was filled in.
-        guessed: seconds, the longest stretch of them in which no marker tells of its turn.
+        standing: frames in which one of its soles stands; None for a segment without sole markers.
+        filled: frames without a pose of its own that the markers left and the joints beside tell.
+        guessed: frames that nothing tells, in which it follows the motion before and after.
+        held: frames at the clip's ends that nothing tells, in which it keeps the nearest pose.
+        longest_guess: seconds, the longest stretch of those in `guessed`.
         repaired: frames in which it turned too fast, replaced.
         absent: frames in which the figure is without it.
         look_at: the attributes above that are beyond their limit, which a person should look at.
@@ -68,8 +72,11 @@ class SegmentQuality:
     skating: float | None
     marker_skating: float | None
     floor_distance: float | None
+    standing: int | None
     filled: int
-    guessed: float
+    guessed: int
+    held: int
+    longest_guess: float
     repaired: int
     absent: int
     look_at: tuple[str, ...] = ()
@@ -115,8 +122,10 @@ def quality_of(animation: Animation) -> Quality:
         worst, frame, marker = _largest(recorded[s])
         turn, after = _fastest(animation, s)
         numbers = animation.frame_numbers
-        bridges = [b for b in motion.bridges if b.segment == s and b.by]
-        guesses = [b.stop - b.start for b in bridges if b.by != "markers"]
+        lengths = {
+            kind: [b.stop - b.start for b in motion.bridges if b.segment == s and b.kind == kind]
+            for kind in (FILLED, GUESSED, HELD)
+        }
         one = SegmentQuality(
             segment.name,
             segment.joint,
@@ -130,12 +139,18 @@ def quality_of(animation: Animation) -> Quality:
             _median(feet[s].skating),
             _median(feet[s].marker_skating),
             _mean(feet[s].heights),
-            sum(b.stop - b.start for b in bridges),
-            max(guesses, default=0) / animation.rate,
+            feet[s].standing if segment.sole and len(model.markers[s]) else None,
+            sum(lengths[FILLED]),
+            sum(lengths[GUESSED]),
+            sum(lengths[HELD]),
+            max(lengths[GUESSED], default=0) / animation.rate,
             int(motion.repaired[s].sum()),
             int(motion.absent[s].sum()),
         )
-        segments.append(replace(one, look_at=tuple(_beyond(one))))
+        segments.append(one)
+    # One foot in the air is a hop; both, in a whole clip, are a floor that is elsewhere, or somebody who sits.
+    stands = any(one.standing for one in segments)
+    segments = [replace(one, look_at=tuple(_beyond(one, stands))) for one in segments]
     every = np.concatenate([foot.heights for foot in feet])
     return Quality(
         tuple(segments),
@@ -147,8 +162,8 @@ def quality_of(animation: Animation) -> Quality:
     )
 
 
-def _beyond(one: SegmentQuality) -> list[str]:
-    """The attributes of a segment that are beyond their limits."""
+def _beyond(one: SegmentQuality, stands: bool) -> list[str]:
+    """The attributes of a segment that are beyond their limits, of a figure that stands somewhere or does not."""
     beyond = {
         "marker_rms": (one.marker_rms or 0.0) > MARKERS,
         "worst": (one.worst or 0.0) > MARKER,
@@ -156,7 +171,8 @@ def _beyond(one: SegmentQuality) -> list[str]:
         "turn_speed": (one.turn_speed or 0.0) > TURN * (1.0 + 1e-6),
         "skating": (one.skating or 0.0) - (one.marker_skating or 0.0) > SKATING,
         "floor_distance": (one.floor_distance or 0.0) > FLOOR,
-        "guessed": one.guessed > GUESSED,
+        "standing": one.standing == 0 and not stands,
+        "longest_guess": one.longest_guess > LONG_GUESS,
         "repaired": one.repaired > 0,
         "absent": one.absent > 0,
     }
@@ -165,15 +181,20 @@ def _beyond(one: SegmentQuality) -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class _Stand:
-    """The soles of a segment while they stand: distances from the floor, speeds along it, their markers' speeds."""
+    """The soles of a segment while they stand: distances from the floor, speeds along it, speeds by their markers.
+
+    And in how many frames any of them does.
+    """
 
     heights: Array
     skating: Array
     marker_skating: Array
+    standing: int
 
     @staticmethod
     def of(animation: Animation, segment: int, known: NDArray[np.bool_]) -> _Stand:
         heights, skating, markers = ([np.empty(0)] for _ in range(3))
+        standing = np.zeros_like(known)
         motion, up = animation.motion, animation.vertical
         level = np.eye(3) - np.outer(up, up)
         for sole in animation.feet.soles:
@@ -183,12 +204,19 @@ class _Stand:
             above = motion.model.points[segment][
                 :, motion.model.markers[segment].index(sole.marker)
             ]
+            carried = above.T + apply(motion.poses.turn[:, :, segment], sole.place - sole.above)
             stands, inner = _standing(sole, known)
+            standing |= stands
             heights.append(np.abs(up @ track - animation.feet.floor)[stands])
             skating.append(speed(level @ track, animation.rate)[inner])
-            markers.append(speed(level @ above.T, animation.rate)[inner])
+            markers.append(speed(level @ carried, animation.rate)[inner])
         found = np.concatenate(markers)
-        return _Stand(np.concatenate(heights), np.concatenate(skating), found[np.isfinite(found)])
+        return _Stand(
+            np.concatenate(heights),
+            np.concatenate(skating),
+            found[np.isfinite(found)],
+            int(standing.sum()),
+        )
 
 
 def _standing(sole: Sole, known: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -330,6 +330,22 @@ class TestOptions:
                     (("Hips", None), ("A", "a b"), ("B", "a_b"), ("C", " a  b "))]  # fmt: skip
         assert joint_names(segments, "mocap") == (("Hips", "a_b", "a_b_2", "a_b_3"), ())
 
+    @pytest.mark.parametrize("naming", ["mixamo", "unreal", "cmu"])
+    def test_a_joint_called_like_a_segment_does_not_take_its_name(self, naming):
+        # A joint at the head's end, called Head, and one at the top of the spine that belongs to no chest.
+        own = (
+            Segment("Hips", None, None, ()),
+            Segment("Chest", "Hips", "Waist", ()),
+            Segment("Head", "Chest", "Neck", ()),
+            Segment("Hat", "Head", "Head", ()),
+            Segment("Pack", "Chest", "UpperSpine", ()),
+        )
+        names, _ = joint_names(own, naming)
+        plain, _ = joint_names(own[:3], naming)
+        assert names[:3] == plain and len(set(names)) == 5
+        # Its own name stays; a number stands behind it where that is taken.
+        assert names[3] == ("Head" if naming != "cmu" else "Head_2") and names[4] == "UpperSpine"
+
     def test_joints_with_no_name_there_are_told(self):
         fit = fit_sample("nearly_still")
         figure = fit.skeleton
@@ -406,7 +422,7 @@ class TestGaps:
     def test_frames_at_an_end_are_held_or_trimmed(self):
         fit = fit_without(on("Head"), [0, 1, 2, 299])
         held, trimmed = write(fit), write(fit, trim=True)
-        assert any("with the nearest pose: Head 101-103, 400" in note for note in held.notes)
+        assert any("held in the nearest pose: Head 101-103, 400" in note for note in held.notes)
         assert "Frames: 300\n" in held.files[".bvh"] and "Frames: 296\n" in trimmed.files[".bvh"]
         assert any("frames 101-103, 400 are left out" in note for note in trimmed.notes)
 

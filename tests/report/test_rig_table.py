@@ -6,7 +6,7 @@ import pytest
 from commands import STILL, call
 
 from mocap_skel.report.looks import ALARM
-from mocap_skel.report.rig_table import rig_summary, rig_table
+from mocap_skel.report.rig_table import COLUMNS, rig_summary, rig_table
 from mocap_skel.results.rig_rows import RIG_TABLE, rig_rows
 from mocap_skel.rig.quality import Quality, SegmentQuality
 
@@ -15,8 +15,8 @@ def of_segment(name, **changes):
     known = {
         "joint": "Knee", "marker_rms": 0.0081, "filtered_rms": 0.0062, "worst": 0.0314,
         "worst_marker": "RTHI", "worst_frame": 1203, "turn_speed": 712.4, "turn_frame": 1300,
-        "skating": None, "marker_skating": None, "floor_distance": None, "filled": 0,
-        "guessed": 0.0, "repaired": 0, "absent": 0,
+        "skating": None, "marker_skating": None, "floor_distance": None, "standing": None,
+        "filled": 0, "guessed": 0, "held": 0, "longest_guess": 0.0, "repaired": 0, "absent": 0,
     }  # fmt: skip
     return SegmentQuality(name, **(known | changes))
 
@@ -30,7 +30,7 @@ def test_only_what_a_person_should_look_at_has_a_row_unless_it_is_wide():
         of_segment("Hips", joint=None),
         of_segment("Shin", worst=0.0934, repaired=3, look_at=("worst", "repaired")),
     )
-    *title, head, row = rig_table(found, ("bvh", "glb")).splitlines()
+    *title, head, units, row = rig_table(found, ("bvh", "glb")).splitlines()
     assert " ".join(map(str.strip, title)) == (
         "rig quality (bvh, glb): markers 8.1 mm off (6.2 filtered), soles 0.3 cm from the floor, "
         f"{ALARM.sign} look at 1 of 2 segments"
@@ -39,31 +39,35 @@ def test_only_what_a_person_should_look_at_has_a_row_unless_it_is_wide():
         "segment",
         "rms",
         "worst",
-        "frame",
-        "deg/s",
-        "frame",
+        "worst",
+        "turns",
+        "turns",
         "repaired",
-        "marker",
+        "worst",
     ]
+    assert units.split() == ["mm", "mm", "frame", "deg/s", "frame", "frames", "marker"]
     assert row.split() == ["Shin", "8.1", "▲93", "1203", "712", "1300", "▲3", "RTHI"]
     wide = rig_table(found, ("bvh",), wide=True).splitlines()
     assert [line.split()[0] for line in wide[-2:]] == ["Hips", "Shin"]
-    assert "filtered" in wide[-3] and "guessed s" in wide[-3]
+    assert "filtered" in wide[-4] and {"guessed", "held", "guess"} <= set(wide[-4].split())
+    # A head is its two lines; each of them is there once.
+    heads = [column.head for column in COLUMNS]
+    assert len(set(heads)) == len(heads) and "frame" not in heads
 
 
 def test_a_row_with_all_that_can_be_said_fits_99_characters():
     everything = of_segment(
         "UpperRightArm", marker_rms=0.0288, worst=0.186, turn_speed=1512.0, turn_frame=12345,
         worst_frame=12345, skating=0.363, marker_skating=0.2, floor_distance=0.123, filled=1145,
-        guessed=0.83, repaired=1145, absent=1145,
-        look_at=("marker_rms", "worst", "turn_speed", "skating", "floor_distance", "guessed",
+        guessed=83, held=25, longest_guess=0.83, repaired=1145, absent=1145,
+        look_at=("marker_rms", "worst", "turn_speed", "skating", "floor_distance", "longest_guess",
                  "repaired", "absent"),
     )  # fmt: skip
     *_, row = lines = rig_table(quality(everything), ("bvh",)).splitlines()
     assert max(map(len, lines)) <= 99
     assert row.count(ALARM.sign) == 8
     assert row.split()[1:] == [
-        "▲28.8", "▲186", "12345", "▲1512", "12345", "▲363", "▲12.3", "▲1145", "▲1145", "▲1145", "RTHI",
+        "▲28.8", "▲186", "12345", "▲1512", "12345", "▲363", "▲12.3", "▲0.83", "▲1145", "▲1145", "RTHI",
     ]  # fmt: skip
 
 
@@ -77,6 +81,13 @@ def test_a_figure_without_a_fault_is_one_sentence():
         "frames, nothing to look at"
     )
     assert rig_summary(Quality((), None, None, None, 5, 5)) == "nothing to look at"
+
+
+def test_a_figure_that_never_stands_is_told_in_the_summary_and_at_its_feet():
+    air = quality(of_segment("RightFoot", standing=0, look_at=("standing",)))
+    assert "no sole ever stands" in rig_summary(air)
+    *_, head, units, row = rig_table(air, ("bvh",)).splitlines()
+    assert "floor" in head and "cm" in units and f"{ALARM.sign}none" in row
 
 
 def test_rows_have_metres_and_what_to_look_at():
@@ -102,6 +113,7 @@ def test_a_fit_prints_each_rigid_figure_that_is_asked_for_once(tmp_path, told, f
     figures = [row for row in rows if row.get("table") == RIG_TABLE]
     found = list(dict.fromkeys(tuple(row["formats"]) for row in figures))
     assert [list(one) for one in found] == formats
-    assert len(figures) == 15 * len(formats) and len(rows) - len(figures) == 14
+    assert len(figures) == 15 * len(formats)
+    assert [row["table"] for row in rows if row not in figures] == ["joints"] * 14
     said = call(*call_, cwd=tmp_path).stdout
     assert said.count("rig quality (") == len(formats)

@@ -157,6 +157,27 @@ def test_a_collar_bone_follows_a_shrug():
     assert off[True] < 0.5 * off[False], off
 
 
+def test_a_head_of_one_marker_keeps_its_face_forward():
+    """Nothing shows how it turns about its marker, so that it keeps to the clip's mean turn, with the full rig as without."""
+    kept, cut = "LFHD", []
+    for label, (where, _) in marker_set("cmu").items():
+        if where == "Head" and label != kept:
+            cut.append(recording().labels.index(label))
+    points = recording().points.copy()
+    points[:, cut] = np.nan
+    fitted = fit_recording(replace(recording(), points=points))
+    turns = []
+    for full in (False, True):
+        made = animate(fitted, Choice(smooth=0.0, even=False, full=full))
+        model, names = made.motion.model, [s.name for s in made.motion.model.segments]
+        head, chest = (made.motion.poses.turn[:, :, names.index(n)] for n in ("Head", "Chest"))
+        assert {names[s] for s in model.loose} >= ({"Head", "NeckBones"} if full else {"Head"})
+        turns.append(np.einsum("jif,jkf->fik", chest, head))
+    between = Rotation.from_matrix(turns[0].transpose(0, 2, 1) @ turns[1])
+    # Without the pull it swings by 30.
+    assert np.degrees(between.magnitude()).max() < 10.0
+
+
 def test_toes_lie_on_the_floor_where_their_foot_rolls_over_them():
     made = animation()
     model = made.motion.model
@@ -166,8 +187,8 @@ def test_toes_lie_on_the_floor_where_their_foot_rolls_over_them():
         assert height.min() > made.feet.floor - 0.02
         local = made.motion.poses.local(model.bones, s)
         bent = np.degrees(np.arccos(np.clip((np.trace(local) - 1) / 2, -1, 1)))
-        # Straight with the foot in the air, bent at each step.
-        assert np.quantile(bent, 0.3) < 1e-3 and 10 < bent.max() < 80
+        # Straight with the foot in the air, bent at each step; a step takes a tenth of a second more at both its ends.
+        assert np.quantile(bent, 0.1) < 1e-3 and 10 < bent.max() < 80
 
 
 @pytest.mark.parametrize("told", [{"lock": True}, {"even": False}])
@@ -238,6 +259,6 @@ def test_as_a_fit_again_it_has_the_new_tracks_and_no_evidence_for_them():
     for joint in again.joints:
         # The constant place in the parent's frame, and the track, are one.
         own = again.segments[joint.parent].pose.to_lab(joint.centre)
-        assert np.abs(own - joint.track).max() < 0.2
+        assert np.abs(own - joint.track).max() < 1e-12
         assert joint.parent == again.skeleton[joint.child].parent
     assert "LeftToes" in tracks and "LeftFoot" not in tracks

@@ -8,10 +8,12 @@ import pytest
 from recordings import fit_recording
 
 from mocap_skel.artificial import Faults, human, marker_set, record, walk
-from mocap_skel.rig.animation import Choice, animate
+from mocap_skel.report.bands import bands_of
+from mocap_skel.report.moving import Moving
+from mocap_skel.rig.animation import Choice, animate, animation_notes
 from mocap_skel.rig.feet import point_track
 from mocap_skel.rig.motion import Bridge
-from mocap_skel.rig.quality import FLOOR, GUESSED, quality_of
+from mocap_skel.rig.quality import FLOOR, LONG_GUESS, quality_of
 
 LEVEL = np.diag([1.0, 1.0, 0.0])
 
@@ -124,7 +126,10 @@ def test_feet_are_measured_where_they_stand():
                 continue
             track = point_track(model.bones, poses, sole.segment, sole.place)
             marker = model.markers[sole.segment].index(sole.marker)
-            above = model.points[sole.segment][:, marker].T
+            turn = poses.turn[:, :, sole.segment].transpose(2, 0, 1)
+            place = model.bones.places[sole.segment][marker]
+            # The marker, and under it the sole, as far and in the direction that the foot has it.
+            above = (model.points[sole.segment][:, marker] + turn @ (sole.place - place)).T
             for start, stop in sole.stands:
                 heights += np.abs(track[2, start:stop]).tolist()
                 for way, speeds in ((track, skating), (above, own)):
@@ -147,30 +152,83 @@ def test_feet_are_measured_where_they_stand():
     assert low.floor_distance == pytest.approx(2 * FLOOR, abs=FLOOR / 2)
 
 
-def test_what_is_filled_guessed_repaired_and_lost_is_counted():
+def test_what_is_filled_guessed_held_repaired_and_lost_is_counted():
     made = animation(0.0)
     names = [one.name for one in made.motion.model.segments]
     hand, arm, head = (names.index(name) for name in ("LeftHand", "LowerLeftArm", "Head"))
     absent, repaired = made.motion.absent.copy(), made.motion.repaired.copy()
     absent[head, 100:140] = True
     repaired[arm, 50:53] = True
-    long = int(GUESSED * 100) + 1
+    long = int(LONG_GUESS * 100) + 1
     bridges = (
         Bridge(hand, 10, 30, "markers", 0.001),
         Bridge(hand, 40, 40 + long, "motion", np.nan),
+        Bridge(hand, 90, 95, "motion", np.nan),
         Bridge(arm, 0, 5, "hold", np.nan),
         Bridge(head, 100, 140, "", np.nan),
     )
     motion = replace(made.motion, absent=absent, repaired=repaired, bridges=bridges)
     found = quality_of(replace(made, motion=motion))
     counts = {
-        one.segment: (one.filled, one.guessed, one.repaired, one.absent, one.look_at)
+        one.segment: (
+            one.filled,
+            one.guessed,
+            one.held,
+            one.longest_guess,
+            one.repaired,
+            one.absent,
+        )
         for one in found.segments
         if one.filled or one.repaired or one.absent
     }
     assert counts == {
-        "LeftHand": (20 + long, long / 100, 0, 0, ("guessed",)),
-        "LowerLeftArm": (5, 0.05, 3, 0, ("repaired",)),
-        "Head": (0, 0.0, 0, 40, ("absent",)),
+        "LeftHand": (20, long + 5, 0, long / 100, 0, 0),
+        "LowerLeftArm": (0, 0, 5, 0.0, 3, 0),
+        "Head": (0, 0, 0, 0.0, 0, 40),
     }
+    said = {one.segment: one.look_at for one in found.look_at}
+    assert said["LeftHand"] == ("longest_guess",)
+    assert said["LowerLeftArm"] == ("repaired",) and said["Head"] == ("absent",)
     assert (found.frames, found.figure) == (len(fit().frame_numbers), len(fit().frame_numbers) - 40)
+
+
+def test_what_is_said_and_drawn_of_a_bridge_has_the_words_of_the_table():
+    made = animation(0.0)
+    ways = ("markers", "motion", "hold")
+    bridges = tuple(Bridge(1, 10 * i, 10 * i + 5, by, np.nan) for i, by in enumerate(ways))
+    made = replace(made, motion=replace(made.motion, bridges=bridges))
+    notes = animation_notes(made)
+    assert [note.split()[0] for note in notes] == ["filled", "guessed", "held"]
+    (one,) = (one for one in quality_of(made).segments if one.filled)
+    assert (one.filled, one.guessed, one.held) == (5, 5, 5)
+    bands = bands_of(Moving(fit(), made, ()))
+    assert [(b.kind, b.stop - b.start) for b in bands] == [
+        ("filled", 5),
+        ("guessed", 5),
+        ("held", 5),
+    ]
+
+
+def test_feet_of_which_none_ever_stands_are_told():
+    made = animation(0.0)
+    found = quality_of(made)
+    assert [one.segment for one in found.segments if one.standing] == ["RightFoot", "LeftFoot"]
+    assert not any("standing" in one.look_at for one in found.segments)
+    one_foot = tuple(s for s in made.feet.soles if s.marker[0] == "L")
+    hop = quality_of(replace(made, feet=replace(made.feet, soles=one_foot)))
+    assert segment(hop, "RightFoot").standing == 0
+    assert not any("standing" in one.look_at for one in hop.segments)
+    air = quality_of(replace(made, feet=replace(made.feet, soles=())))
+    flying = [one.segment for one in air.segments if "standing" in one.look_at]
+    assert flying == ["RightFoot", "LeftFoot"]
+    assert segment(air, "Hips").standing is None
+
+
+def test_a_sole_that_slides_with_its_markers_is_no_fault_of_the_figure():
+    """The soles of the generated walk slide; a figure without noise has them as fast as their markers do."""
+    clean = fit_recording(record(human(), marker_set("cmu"), walk(5, 100), Faults(), seed=4))
+    for one in quality_of(animate(clean, Choice(smooth=0.0))).segments:
+        if one.skating is not None:
+            assert one.skating > 0.1
+            assert one.skating == pytest.approx(one.marker_skating, abs=0.002)
+            assert "skating" not in one.look_at
