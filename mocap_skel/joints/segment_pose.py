@@ -40,12 +40,15 @@ class Placed:
         markers: names of the first points of `posed.template`.
         posed: the pose, and the points that it is of.
         frame: what the fit of a joint in this segment's frame has to know of it.
+        joint_error: standard deviation of its joint towards its parent, in the direction in which that is known
+            least, metres; 0 for the root.
     """
 
     segment: Segment
     markers: tuple[str, ...]
     posed: Posed
     frame: Frame
+    joint_error: float = 0.0
 
     @property
     def pose(self) -> Pose:
@@ -100,14 +103,14 @@ def placed_child(
     link = Link(joint.track, parent.pose.rotation @ joint.axis, joint.hinge)
     if segment.name in prepared.shapes:
         posed = by_markers(points, *_own_pose(segment.name, prepared, task), link)
-        return Placed(segment, markers, posed, Frame(posed.shape)), ""
+        return Placed(segment, markers, posed, Frame(posed.shape), joint.worst_error), ""
     found = by_markers_and_joint(points, link, task.triad)
     if found is not None:
         frame = Frame(found.shape)
         if joint.shown == "no":
             doubt = f"the frame of {segment.name} rests on {joint.joint}, which the movement does not show"
             frame = replace(frame, limit="weak", doubt=doubt)
-        return Placed(segment, markers, found, frame), ""
+        return Placed(segment, markers, found, frame, joint.worst_error), ""
     return _placed_by_one(segment, joint, link, parent, prepared, task)
 
 
@@ -149,7 +152,7 @@ def _placed_by_one(
         if link.hinge
         else Frame(None, "no", f"the turn of {segment.name} is not seen: {which}")
     )
-    return Placed(segment, names, posed, frame), note
+    return Placed(segment, names, posed, frame, joint.worst_error), note
 
 
 def _guide(points: Array, joint: Array) -> tuple[int, float]:
