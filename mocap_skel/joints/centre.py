@@ -118,12 +118,15 @@ def _posterior(sphere: Sphere, motion: Estimate, known: PriorKnowledge) -> Poste
     skin = skin_error(sphere, known.looseness)
     found = motion.widened(skin.covariance)
     frame = sphere.seen.samples.frame
-    if frame.limit == "no" or (frame.by_child and known.expected is not None):
-        # The frame turns as nobody sees, or as the markers in it do.
+    unseen = frame.by_child or frame.lost
+    if frame.limit == "no" or (unseen and known.expected is not None):
+        # The frame turns as nobody sees, or as the markers in it do. A pure fit has nothing else.
         found = found.widened(sphere.evidence.reach**2 * np.eye(3))
     if known.expected is not None:
         # A pure fit stays what it is; only a centre that is combined is moved.
-        found = with_shared_point(found.moved(skin.shift), sphere.evidence.shared, skin.slide)
+        # The point that both segments share stays where it is in a frame that turns as it should.
+        shared = None if frame.lost else sphere.evidence.shared
+        found = with_shared_point(found.moved(skin.shift), shared, skin.slide)
     return combine(found, known.expected)
 
 

@@ -141,6 +141,13 @@ def test_two_exchanged_labels_are_named_and_their_joint_is_not_known(
     assert joint not in known
 
 
+@pytest.mark.parametrize("other", ["RBHD", "LSHO", "LANK"])
+def test_no_joint_is_known_below_one_that_an_exchange_takes_away(tmp_path, other):
+    """Without its shoulder's marker, which stands still, an upper arm turns about a place holder."""
+    _, known = fitted(tmp_path, film("still").swap("RSHO", other), right=())
+    assert not {"RightShoulder", "RightElbow"} & {*known}
+
+
 @pytest.mark.parametrize("motion", ["walk", "still"])
 @pytest.mark.parametrize(
     ("part", "joint"),
