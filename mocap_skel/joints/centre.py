@@ -19,7 +19,13 @@ from mocap_skel.joints.priors import Expected
 from mocap_skel.joints.samples import JointSamples, gather
 from mocap_skel.joints.skin import skin_error
 from mocap_skel.joints.sphere import Sphere, fit_markers
-from mocap_skel.joints.verdicts import Verdict, by_movement, by_numbers, worst
+from mocap_skel.joints.verdicts import (
+    SAFE_RESIDUAL,
+    Verdict,
+    by_movement,
+    by_numbers,
+    worst,
+)
 from mocap_skel.segments.pose import Array
 
 
@@ -112,12 +118,15 @@ def _posterior(sphere: Sphere, motion: Estimate, known: PriorKnowledge) -> Poste
     skin = skin_error(sphere, known.looseness)
     found = motion.widened(skin.covariance)
     frame = sphere.seen.samples.frame
-    if frame.limit == "no" or (frame.by_child and known.expected is not None):
-        # The frame turns as nobody sees, or as the markers in it do.
+    unseen = frame.by_child or frame.lost
+    if frame.limit == "no" or (unseen and known.expected is not None):
+        # The frame turns as nobody sees, or as the markers in it do. A pure fit has nothing else.
         found = found.widened(sphere.evidence.reach**2 * np.eye(3))
     if known.expected is not None:
         # A pure fit stays what it is; only a centre that is combined is moved.
-        found = with_shared_point(found.moved(skin.shift), sphere.evidence.shared, skin.slide)
+        # The point that both segments share stays where it is in a frame that turns as it should.
+        shared = None if frame.lost else sphere.evidence.shared
+        found = with_shared_point(found.moved(skin.shift), shared, skin.slide)
     return combine(found, known.expected)
 
 
@@ -125,12 +134,15 @@ def _result(
     sphere: Sphere, found: Posterior, verdict: Verdict, expected: Expected | None
 ) -> CentreFit:
     """All there is to say of a fitted centre."""
-    radius, residual = sphere.fit.radius, sphere.residual
+    radius, residual, covariance = sphere.fit.radius, sphere.residual, found.covariance
     if expected is not None:
         radius, residual = sphere.radius_about(found.centre), sphere.residual_about(found.centre)
+        # Skin moves by less. What is beyond it says that markers are elsewhere, those that anatomy starts from too.
+        beyond = max(residual**2 - SAFE_RESIDUAL**2, 0.0)
+        covariance = covariance + beyond * np.eye(3)
     return CentreFit(
         centre=found.centre,
-        covariance=found.covariance,
+        covariance=covariance,
         samples=int(sphere.evidence.count.sum()),
         effective=float(sphere.evidence.effective.sum()),
         radius=radius,

@@ -63,7 +63,7 @@ def expected_in(
         found = sphere_moments(inside[:, [columns.index(m) for m in markers]].mean(axis=1))
         return found if found.count >= LEAST_SAMPLES else None
 
-    around = Surroundings(parent.template, parent.posed.joint, lower, task.size)
+    around = Surroundings(parent.template, parent.posed.joint, lower, task.size, parent.joint_error)
     return expected_joint(segment.priors, task.skeleton.landmarks, around)
 
 

@@ -49,12 +49,14 @@ class Surroundings:
         upper: (3,), the parent's own joint towards its parent; None for the root.
         lower: markers of the child → the moments of their mean; None where they are not seen together.
         size: the subject's, 1 for a person of 1.75 m.
+        upper_error: standard deviation of `upper` in the direction in which it is known least.
     """
 
     places: Mapping[str, Array]
     upper: Array | None
     lower: Callable[[tuple[str, ...]], Moments | None]
     size: float
+    upper_error: float = 0.0
 
 
 def subject_size(skeleton: Skeleton, distance: Callable[[str, str], float | None]) -> float:
@@ -129,7 +131,7 @@ def _mean(
     total = np.zeros(3)
     for shift in prior.shifts:
         step = (
-            _hinge_step(shift, mean, place, around)
+            _hinge_step(shift, prior.sd, mean, place, around)
             if shift.hinge
             else _landmark_step(shift, place, around)
         )
@@ -158,10 +160,19 @@ def _landmark_step(
 
 
 def _hinge_step(
-    shift: Shift, marker: Array, place: Callable[[str], Array | None], around: Surroundings
+    shift: Shift,
+    sd: float,
+    marker: Array,
+    place: Callable[[str], Array | None],
+    around: Surroundings,
 ) -> Array | None:
-    """A shift (3,) inward from a marker beside a hinge; None if a bone's end is missing or all is in line."""
+    """A shift (3,) inward from a marker beside a hinge; None if a bone's end is not known or all is in line."""
     lower, upper, aside = around.lower(shift.toward), around.upper, 0.0
+    # An upper end that is off turns the way inward by its error over the bone's length. Where this moves the joint
+    # farther than the prior's own error, the prior would claim more than it knows.
+    if upper is not None:
+        moved = shift.by * around.upper_error
+        upper = upper if moved <= sd * np.linalg.norm(marker - upper) else None
     if upper is None:
         stand_ins = [place(name) for name in shift.upper]
         known = [p for p in stand_ins if p is not None]

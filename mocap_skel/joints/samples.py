@@ -35,12 +35,14 @@ class Frame:
         limit: the best verdict that a joint in this frame can get.
         doubt: why it is not "yes", in plain words.
         by_child: whether the child's own markers give its turn, so that they move in it as they have to.
+        lost: whether it rests on a joint that is a place holder.
     """
 
     shape: Shape | None
     limit: str = "yes"
     doubt: str = ""
     by_child: bool = False
+    lost: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,12 +40,15 @@ class Placed:
         markers: names of the first points of `posed.template`.
         posed: the pose, and the points that it is of.
         frame: what the fit of a joint in this segment's frame has to know of it.
+        joint_error: standard deviation of its joint towards its parent, in the direction in which that is known
+            least, metres; 0 for the root, infinite for a place holder.
     """
 
     segment: Segment
     markers: tuple[str, ...]
     posed: Posed
     frame: Frame
+    joint_error: float = 0.0
 
     @property
     def pose(self) -> Pose:
@@ -100,15 +103,20 @@ def placed_child(
     link = Link(joint.track, parent.pose.rotation @ joint.axis, joint.hinge)
     if segment.name in prepared.shapes:
         posed = by_markers(points, *_own_pose(segment.name, prepared, task), link)
-        return Placed(segment, markers, posed, Frame(posed.shape)), ""
+        return Placed(segment, markers, posed, Frame(posed.shape), _error(joint)), ""
     found = by_markers_and_joint(points, link, task.triad)
     if found is not None:
         frame = Frame(found.shape)
         if joint.shown == "no":
             doubt = f"the frame of {segment.name} rests on {joint.joint}, which the movement does not show"
-            frame = replace(frame, limit="weak", doubt=doubt)
-        return Placed(segment, markers, found, frame), ""
+            frame = replace(frame, limit="weak", doubt=doubt, lost=bool(np.isinf(_error(joint))))
+        return Placed(segment, markers, found, frame, _error(joint)), ""
     return _placed_by_one(segment, joint, link, parent, prepared, task)
+
+
+def _error(joint: JointFit) -> float:
+    """Metres; a joint that neither movement nor anatomy shows is a place holder, whose own error says nothing."""
+    return np.inf if joint.shown == "no" and not joint.landmarks else joint.worst_error
 
 
 def _own_pose(name: str, prepared: Prepared, task: Task) -> tuple[Shape, Pose]:
@@ -149,7 +157,8 @@ def _placed_by_one(
         if link.hinge
         else Frame(None, "no", f"the turn of {segment.name} is not seen: {which}")
     )
-    return Placed(segment, names, posed, frame), note
+    frame = replace(frame, lost=bool(np.isinf(_error(joint))))
+    return Placed(segment, names, posed, frame, _error(joint)), note
 
 
 def _guide(points: Array, joint: Array) -> tuple[int, float]:

@@ -61,7 +61,7 @@ def with_subjects(clip: Clip, association: Association | None = None) -> Clip:
     notes = []
     for subject in clip.subject_names:
         own = [i for i, whose in enumerate(clip.subjects) if whose == subject]
-        found = _best([clip.labels[i] for i in own], own, clip, known)
+        found = _all_of_them([clip.labels[i] for i in own], own, clip, known)
         names = _names(found)
         for affix, members in found.items():
             whose = f"{subject}:{names[affix]}" if subject else names[affix]
@@ -84,6 +84,19 @@ def _known_by_name(labels: Sequence[str]) -> int:
     found = guess_names(labels, shipped_skeletons()[STANDARD].segment_of.items()).values()
     sure = [guess for guess in found if guess.confidence in (HIGH, LIKELY)]
     return len(sure) + sum(bool(guess.marker) for guess in sure)
+
+
+def _all_of_them(labels: list[str], columns: list[int], clip: Clip, known: Known) -> Groups:
+    """The best grouping, and that of the labels which it leaves: `Anna` beside `Anna B`."""
+    found = _best(labels, columns, clip, known)
+    inside = {k for own in found.values() for k, _ in own}
+    left = [k for k in range(len(labels)) if k not in inside]
+    if not found or known([labels[k] for k in left]) >= LEAST:
+        return found
+    more = _best([labels[k] for k in left], [columns[k] for k in left], clip, known)
+    whole = found | {affix: [(left[k], x) for k, x in own] for affix, own in more.items()}
+    several = len(whole) == len(found) + len(more)
+    return whole if several and _apart([*whole.values()], columns, clip) else found
 
 
 def _best(labels: list[str], columns: list[int], clip: Clip, known: Known) -> Groups:
@@ -118,12 +131,16 @@ def _best(labels: list[str], columns: list[int], clip: Clip, known: Known) -> Gr
 
 
 def _groupings(labels: list[str]) -> Iterator[Groups]:
-    """The ways to part the labels by an affix: the k-th change of characters, a digit, what all have."""
+    """The ways to part the labels by an affix: the k-th change of characters, a digit, a letter, what all have."""
     cuts = [_changes(label) for label in labels]
     for k in range(DEEPEST):
         yield _by(labels, (c[k] if k < len(c) else 0 for c in cuts), front=True)
         yield _by(labels, (c[-1 - k] if k < len(c) else 0 for c in cuts), front=False)
     yield _by(labels, (len(x) - 1 if x[-1:].isdigit() else 0 for x in labels), front=False)
+    # A letter for each person, as in ALFHD and BLFHD; L and R are sides.
+    for at, first in ((0, True), (-1, False)):
+        if not any(label[at] in "LRlr" for label in labels if label):
+            yield _by(labels, (1 if first else len(x) - 1 for x in labels), front=first)
     front = _common(labels)
     back = _common([label[::-1] for label in labels])[::-1]
     for cut in {len(front), *_changes(front)}:

@@ -83,6 +83,21 @@ def test_a_sure_prior_decides_and_radius_and_residual_are_about_its_place():
     assert (found.shown, found.method) == ("yes", "MGDK")
 
 
+@pytest.mark.parametrize("held", [0.0, 0.6])
+def test_anatomy_claims_no_more_than_its_markers_keep_their_distance(held):
+    """What moves by more than skin against its joint is elsewhere, and so may be what anatomy starts from."""
+    points = on_sphere(1.0, 500, np.random.default_rng(1), 0.0005, markers=2)
+    points[: int(held * len(points)), 0] = CENTRE + [0.9, 0.2, 0]
+    sure = Expected(CENTRE, 0.015**2 * np.eye(3), ("A",), "s")
+    found = centre_of(points, 0.0005, expected=sure)
+    away = np.linalg.norm(points - found.centre, axis=-1)
+    residual = np.sqrt(away.var(axis=0).mean())
+    if held:
+        assert residual > 0.1 and found.worst_error >= np.sqrt(residual**2 - 0.01**2)
+    else:
+        assert residual < 0.01 and found.worst_error <= 0.015
+
+
 def test_where_nobody_sees_the_frame_turn_the_error_is_the_reach():
     points = on_skin()
     seen, unseen = (centre_of(points, 0.0002, Frame(None, limit, "w")) for limit in ("weak", "no"))

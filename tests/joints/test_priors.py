@@ -189,6 +189,18 @@ def test_the_joint_above_counts_before_what_stands_for_it():
     assert np.linalg.norm(found.mean - truth) < 0.001
 
 
+def test_a_joint_above_that_nobody_knows_says_no_way_inward():
+    """An error e of it turns the way by e / length, and moves the joint by that times its depth: up to the prior's sd."""
+    there, _ = knee(upper=np.zeros(3))
+    enough = 0.01 * np.linalg.norm(there.places["KNE"]) / 0.054
+    priors = [prior("KNE", **HINGE), prior("KNE", source="next")]
+    for error, source in ((0.99 * enough, "s"), (1.01 * enough, "next")):
+        doubtful = replace(there, upper_error=error)
+        assert expected_joint(priors, {}, doubtful).source == source
+    by_trochanter = prior("KNE", **HINGE, upper=("GTR",), aside=0.08)
+    assert expected_joint([by_trochanter], {}, doubtful).landmarks == ("KNE", "GTR")
+
+
 def test_a_limb_in_line_with_its_marker_has_no_way_inward():
     """Hip, marker and ankle on a line: any way round it would do, and along it none is right."""
     places = {"KNE": np.array([0.0, 0.0, -0.4])}

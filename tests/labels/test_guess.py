@@ -95,7 +95,7 @@ def test_a_root_that_is_not_seen_is_not_sure(name):
     """Whatever its markers are called, where no other segment could be a root: thighs have two here."""
     hips = [label for label in CMU if CMU[label][0] in ("Hips", "Chest", "Head")]
     guess = guess_association(renamed(unseen(CLIP, hips), {label: name(label) for label in hips}))
-    with pytest.raises(CallError, match="Hips needs three markers, and only none could be placed"):
+    with pytest.raises(CallError, match="Hips needs three markers, and none could be placed"):
         check_sure(guess)
     assert not any(line.seen for line in guess.lines if "FWT" in line.label or "BWT" in line.label)
 

@@ -113,6 +113,31 @@ def test_a_place_without_a_standard_marker_gets_none(label):
     assert guessed([label, *others])[label].segment != ""
 
 
+@pytest.mark.parametrize(
+    ("lateral", "medial", "place"),
+    [
+        ("{s}LatCond", "{s}MedCond", "KN"), ("{s} lateral condyle", "{s} medial condyle", "KN"),
+        ("{s}LEPI", "{s}MEPI", "KN"), ("LFE{s}", "MFE{s}", "KN"), ("{s}ANL", "{s}ANM", "AN"),
+        ("{s} lat humeral condyle", "{s} med humeral condyle", "EL"),
+    ],
+)  # fmt: skip
+def test_lateral_and_medial_are_landmarks_in_any_spelling(lateral, medial, place):
+    """LFEL beside LFER is the left lateral epicondyle, no axis that a model wrote."""
+    names = {"KN": ("KNE", "KNM"), "AN": ("ANK", "MED"), "EL": ("ELB", "MEP")}[place]
+    wanted = {
+        way.format(s=s): s + n
+        for s in "LR"
+        for way, n in zip((lateral, medial), names, strict=True)
+    }
+    found = guessed([*wanted, "LASI", "RASI"])
+    assert {label: found[label].marker for label in wanted} == wanted
+
+
+def test_what_models_write_under_a_side_is_computed():
+    found = guessed(["LFEL", "RFEL", "LFEO", "RFEO"])
+    assert all(guess.computed for guess in found.values())
+
+
 def test_the_better_name_gets_the_standard_marker():
     found = guessed(["LSHN", "LTIB"])
     assert (found["LTIB"].marker, found["LSHN"].marker) == ("LTIB", "")

@@ -67,8 +67,18 @@ def test_a_figure_that_is_asked_for_is_guessed_for_it():
     assert found.skeleton == arm
     assert {rule.segment for rule in found.rules} == set(ARM)
     assert {r.label: r.marker for r in found.rules}["RUPB"] == "RUPB"
-    with pytest.raises(CallError, match="Pelvis needs three markers, and only none"):
+    with pytest.raises(CallError, match="Pelvis needs three markers, and none"):
         name_markers(CLIP, None, figure=read_skeleton("quadruped"))
+
+
+def test_a_limb_whose_first_segment_lacks_a_marker_says_which():
+    lower = [x for x in CMU if CMU[x][0] in ("UpperLeftLeg", "LowerLeftLeg", "LeftFoot")]
+    legs = CLIP.points[:, [CLIP.labels.index(label) for label in lower]]
+    clip = replace(CLIP, labels=tuple(lower), points=legs, subjects=("",) * len(lower))
+    with pytest.raises(
+        CallError, match="left_leg starts at UpperLeftLeg, where only LTHI, LKNE could"
+    ):
+        name_markers(clip, None)
 
 
 def test_a_few_doubts_leave_the_others_unless_strict():

@@ -48,6 +48,7 @@ def test_any_name_before_or_behind_is_the_subject(name, way):
     [
         ("Anna_{}", "Ben_{}"), ("{}1", "{}2"), ("{}", "{}_2"), ("{}_A", "{}_B"), ("L_{}", "R_{}"),
         ("{}", "Ben {}"), ("1{}", "2{}"), ("{} (1)", "{} (2)"), ("P1{}", "P2{}"),
+        ("A{}", "B{}"), ("{}A", "{}B"), ("Ann {}", "Ann B {}"), ("Ann{}", "Ben{}"),
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("rules", [None, RULES])

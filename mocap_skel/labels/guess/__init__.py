@@ -24,7 +24,7 @@ from mocap_skel.labels.guess.names import (
     guess_names,
     meanings,
 )
-from mocap_skel.labels.guess.part import LEAST_ON_ROOT, figures
+from mocap_skel.labels.guess.part import LEAST_ON_ROOT, begun, figures
 from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
 from mocap_skel.labels.guess.running import nameless
 from mocap_skel.text import counted, listed
@@ -265,8 +265,13 @@ def check_sure(guess: Guess, how: Sequence[str] = (), *, strict: bool = True) ->
         if second_body:
             trouble += "; is it a second person under the same labels?"
     elif len(on_root) < LEAST_ON_ROOT:
-        found = listed(x.label for x in on_root) or "none"
-        trouble = f"{root} needs three markers, and only {found} could be placed there"
+        found = f"only {listed(x.label for x in on_root)}" if on_root else "none"
+        trouble = f"{root} needs three markers, and {found} could be placed there"
+        counts = Counter(line.segment for line in placed)
+        if not on_root and (part := begun(counts, guess.skeleton)) is not None:
+            first = part.root.name
+            there = listed(x.label for x in placed if x.segment == first)
+            trouble += f"; {part.name} starts at {first}, where only {there} could be placed"
     elif 2 * len(placed) < guess.may_be:
         trouble = f"only {len(placed)} of {counted(guess.may_be, 'label')} could be placed"
     if trouble:

@@ -25,6 +25,7 @@ _REASON = {
     "cluster": "cluster {}",
     "numbered": "{}: a known name with a number",
 }
+_OTHER = {"L": "R", "R": "L"}
 # Stems that must be there on both sides before letters of another language count as sides.
 _LEAST_PAIRS = 4
 
@@ -182,7 +183,10 @@ class _Labels:
             return "the tip of an axis by its name"
         words = tokens(label)
         code = _code(label)
-        rests = {rest for _, rest, _ in self._sides(code)} | {code}
+        # LFEL beside LFER is a marker whose side stands at the end; models write LFEL and RFEL.
+        at_end = self._mirror(code) and _OTHER.get(code[0], "") + code[1:] not in self.all
+        rests = set() if at_end else {rest for _, rest, _ in self._sides(code)}
+        rests |= {code}
         hit = (
             next((w for w in words if w in self.table.computed_words), "")
             or next((r for r in rests if r in self.table.computed_codes), "")
@@ -295,8 +299,8 @@ class _Labels:
         )
 
     def _mirror(self, code: str) -> bool:
-        other = {"L": "R", "R": "L"}
-        return code[-1] in other and code[:-1] + other[code[-1]] in self.all
+        """Whether a code ends in a side, and the clip has the same one with the other side there."""
+        return code[-1:] in _OTHER and code[:-1] + _OTHER[code[-1]] in self.all
 
     def _many(self, code: str) -> bool:
         return len(self.numbered[_stem(code)]) >= 2

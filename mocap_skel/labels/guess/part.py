@@ -53,3 +53,24 @@ def _parts(placed: Mapping[str, int], human: Skeleton) -> Iterator[tuple[int, in
             and shown >= min(2, len(own))
         ):
             yield -sum(placed.get(segment, 0) for segment in own), len(own), name, part
+
+
+def begun(placed: Mapping[str, int], human: Skeleton) -> Skeleton | None:
+    """The part of the human that a clip shows but for its root, which has a marker or two; None for none.
+
+    Args:
+        placed: how many markers each segment has that the clip shows.
+        human: the standard human.
+
+    >>> human = shipped_skeletons()["human"]
+    >>> begun({"UpperRightLeg": 2, "LowerRightLeg": 2, "RightFoot": 2}, human).name
+    'right_leg'
+    """
+    found = [
+        (sum(placed.get(s.name, 0) for s in part.segments), -len(part.segments), name)
+        for name, part in shipped_skeletons().items()
+        if {s.name for s in part.segments} < {s.name for s in human.segments}
+        and 0 < placed.get(part.root.name, 0) < LEAST_ON_ROOT
+        and sum(placed.get(s.name, 0) > 0 for s in part.segments) > 1
+    ]
+    return replace(shipped_skeletons()[max(found)[2]], name=max(found)[2]) if found else None
