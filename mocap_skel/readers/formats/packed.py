@@ -1,0 +1,52 @@
+"""Files packed with gzip: whatever is inside, read as if it lay there unpacked."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from mocap_skel.errors import CallError, ClipError, refusals
+from mocap_skel.readers.raw import RawClip
+from mocap_skel.readers.registry import read_raw, register
+from mocap_skel.readers.tables.source import LARGEST
+
+_PART = 1 << 20
+
+
+@register(
+    "gzip",
+    suffixes=(".gz",),
+    sniff=lambda head: head.startswith(b"\x1f\x8b"),
+    refuses=refusals((EOFError, zlib.error), "a damaged gzip file"),
+    salvages=True,
+)
+def read(path: Path, salvage: bool = False) -> RawClip:
+    """Read a packed file.
+
+    Args:
+        path: the file, named after what is inside: walk.trc.gz.
+        salvage: read what is left of a damaged one inside.
+
+    Raises:
+        ClipError: it is damaged, too large, or what is inside cannot be read; the message does not name the file.
+        OSError: it cannot be opened.
+    """
+    import gzip
+
+    with TemporaryDirectory(prefix="mocap-skel-") as folder:
+        inside = Path(folder) / (path.stem if path.suffix.lower() == ".gz" else path.name)
+        with gzip.open(path) as packed, inside.open("wb") as file:
+            try:
+                while part := packed.read(_PART):
+                    if file.tell() + len(part) > LARGEST:
+                        raise ClipError(f"more than {LARGEST >> 20} MB when it is unpacked")
+                    file.write(part)
+            except gzip.BadGzipFile as error:
+                raise ClipError(f"a damaged gzip file: {error}") from error
+        try:
+            return read_raw(inside, salvage)
+        except CallError as error:
+            # The name of a temporary file tells nobody anything.
+            message = error.message.removeprefix(f"{inside}: ")
+            raise ClipError(f"inside: {message}", error.hint) from error

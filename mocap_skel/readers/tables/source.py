@@ -1,0 +1,161 @@
+"""A text file as lines: its encoding, its line ends, what parts its cells, and how large it may be."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mocap_skel.errors import ClipError
+from mocap_skel.readers.units import metres_in
+
+LARGEST = 1 << 30
+"""Bytes of text that are read: half a day of 50 markers at 100 Hz has less. Picked by eye; a larger file would
+not fit into the memory that a clip gets."""
+
+DELIMITERS = ("\t", ";", ",")
+_BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
+_DECIMAL_COMMA = re.compile(r"(?<![\d.])-?\d*,\d+(?![\d.,])")
+_DECIMAL_POINT = re.compile(r"\d\.\d")
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text file.
+
+    Attributes:
+        data: its content in UTF-8, every line end a line feed.
+        notes: what was decided about its encoding.
+    """
+
+    data: bytes
+    notes: tuple[str, ...] = ()
+
+    def head(self, lines: int) -> list[str]:
+        """The first lines, without their ends."""
+        found: list[str] = []
+        start = 0
+        while len(found) < lines and start < len(self.data):
+            end = self.data.find(b"\n", start)
+            end = len(self.data) if end < 0 else end
+            found.append(self.data[start:end].decode("utf-8", "replace"))
+            start = end + 1
+        return found
+
+    def after(self, lines: int) -> bytes:
+        """What stands behind so many lines."""
+        start = 0
+        for _ in range(lines):
+            end = self.data.find(b"\n", start)
+            if end < 0:
+                return b""
+            start = end + 1
+        return self.data[start:]
+
+
+def read_text(path: Path) -> Text:
+    """Read a text file in UTF-8 or UTF-16, otherwise as Windows has it in western Europe.
+
+    Raises:
+        ClipError: it is too large, or holds zero bytes as no text does; the message does not name it.
+        OSError: it cannot be read.
+    """
+    with path.open("rb") as file:
+        data = file.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise ClipError(f"a text of more than {LARGEST >> 20} MB", "cut it into several clips")
+    data, notes = _in_utf8(data)
+    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if (zero := data.find(b"\0")) >= 0:
+        raise ClipError(f"damaged: zero bytes in its text, from line {data.count(10, 0, zero) + 1}")
+    return Text(data, notes)
+
+
+def _in_utf8(data: bytes) -> tuple[bytes, tuple[str, ...]]:
+    encoding = next((name for bom, name in _BOMS if data.startswith(bom)), "utf-8")
+    if data.isascii():
+        return data, ()
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError:
+        # Windows has no character for five bytes; a name is no reason to refuse a file.
+        text = data.decode("cp1252", "replace")
+        note = "its text is not UTF-8: names are read as Windows writes them in western Europe"
+        return text.encode(), (note,)
+    return (data, ()) if encoding == "utf-8" else (text.encode(), ())
+
+
+def beginning(head: bytes) -> list[str]:
+    """The first lines of a file by its first bytes, for a sniff; none of a file that is no text."""
+    encoding = next((name for bom, name in _BOMS if head.startswith(bom)), "")
+    if not encoding and b"\0" in head[:1024]:
+        return []
+    return head.decode(encoding or "utf-8", "replace").lstrip("\n\r\t ").splitlines()
+
+
+def delimiter_of(line: str) -> str:
+    """What parts the cells of a line: the most frequent of tab, semicolon and comma; " " for none of them.
+
+    >>> delimiter_of("Frame#;Time;LFHD;;"), delimiter_of("Frame# Time LFHD")
+    (';', ' ')
+    """
+    outside = re.sub(r'"[^"]*"', "", line)
+    mark = max(DELIMITERS, key=outside.count)
+    return mark if mark in outside else " "
+
+
+def cells(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, trimmed, without quotes.
+
+    >>> cells('Frame,"Ann:LFHD" ,', ",")
+    ['Frame', 'Ann:LFHD', '']
+    """
+    if delimiter == " ":
+        return line.split()
+    try:
+        found = next(
+            csv.reader([line], delimiter=delimiter, skipinitialspace=delimiter != "\t"), []
+        )
+    except csv.Error:
+        # A cell of more than 128 kB.
+        found = line.split(delimiter)
+    return [cell.strip().strip('"') for cell in found]
+
+
+def comma_is_decimal(lines: Sequence[str], delimiter: str) -> bool:
+    """Whether numbers of these lines have a decimal comma.
+
+    >>> comma_is_decimal(["1;0,01;12,5"], ";"), comma_is_decimal(["1,0.01,12.5"], ",")
+    (True, False)
+    """
+    if delimiter == ",":
+        return False
+    found = [cell for line in lines for cell in cells(line, delimiter)]
+    with_comma = sum(bool(_DECIMAL_COMMA.fullmatch(cell)) for cell in found)
+    with_point = sum(bool(_DECIMAL_POINT.search(cell)) for cell in found)
+    return with_comma > with_point
+
+
+def number(text: str) -> float:
+    """A number of a header, with a decimal point or comma; 0 for what is none.
+
+    >>> number("119,88"), number("EXT"), number("1e999")
+    (119.88, 0.0, 0.0)
+    """
+    try:
+        found = float(text.strip().replace(",", "."))
+    except ValueError:
+        return 0.0
+    return found if abs(found) < 1e300 else 0.0
+
+
+def unit_in(text: str) -> str:
+    """The length unit that stands in brackets in a column's name, "" for none.
+
+    >>> unit_in("LKNE_x [mm]"), unit_in("X (left)")
+    ('mm', '')
+    """
+    found = re.findall(r"[\[(]\s*([^\])]*?)\s*[\])]", text)
+    return next((word for word in found if metres_in(word) is not None), "")
