@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from mocap_skel.errors import CallError, ClipError, refusals
+from mocap_skel.errors import CallError, ClipError, reason
 from mocap_skel.readers.raw import RawClip
 from mocap_skel.readers.registry import read_raw, register
 from mocap_skel.readers.tables.source import LARGEST
@@ -18,7 +19,6 @@ _PART = 1 << 20
     "gzip",
     suffixes=(".gz",),
     sniff=lambda head: head.startswith(b"\x1f\x8b"),
-    refuses=refusals((EOFError, zlib.error), "a damaged gzip file"),
     salvages=True,
 )
 def read(path: Path, salvage: bool = False) -> RawClip:
@@ -36,16 +36,21 @@ def read(path: Path, salvage: bool = False) -> RawClip:
 
     with TemporaryDirectory(prefix="mocap-skel-") as folder:
         inside = Path(folder) / (path.stem if path.suffix.lower() == ".gz" else path.name)
+        damage = ""
         with gzip.open(path) as packed, inside.open("wb") as file:
             try:
-                while part := packed.read(_PART):
+                while part := packed.read1(_PART):
                     if file.tell() + len(part) > LARGEST:
                         raise ClipError(f"more than {LARGEST >> 20} MB when it is unpacked")
                     file.write(part)
-            except gzip.BadGzipFile as error:
-                raise ClipError(f"a damaged gzip file: {error}") from error
+            except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+                damage = f"a damaged gzip file: {reason(error)}"
+                if not salvage or not file.tell():
+                    hint = "--salvage reads what can be unpacked" if file.tell() else None
+                    raise ClipError(damage, hint) from error
         try:
-            return read_raw(inside, salvage)
+            raw = read_raw(inside, salvage)
+            return replace(raw, notes=(damage, *raw.notes)) if damage else raw
         except CallError as error:
             # The name of a temporary file tells nobody anything.
             message = error.message.removeprefix(f"{inside}: ")

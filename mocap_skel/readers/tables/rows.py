@@ -111,6 +111,8 @@ def read_rows(body: bytes, layout: Layout, salvage: bool) -> Rows:
         raise ClipError(f"{len(layout.columns)} trajectories; more than {MOST_POINTS} are not read")
     notes: list[str] = []
     body, delimiter = _plain(body, layout.delimiter)
+    if (count := body.count(delimiter.encode()) + body.count(b"\n")) > MOST_CELLS:
+        raise ClipError(f"a table of {count / 1e6:.0f} million cells", "cut it into several clips")
     whole, most = _whole_rows(body, delimiter, layout, salvage, notes)
     lines, body, broken = whole
     if len(lines) * max(layout.columns.size, most) > MOST_CELLS:
@@ -127,22 +129,13 @@ def read_rows(body: bytes, layout: Layout, salvage: bool) -> Rows:
         many = counted(len(at), "row that is", "rows that are")
         notes.append(f"{many} not whole, first in line {at[0]}: every marker counts as missing")
     values[broken] = np.nan
-    # A row without a single entry is a blank line that a spreadsheet has left.
-    filled = np.isfinite(values).any(axis=1) | broken
-    for one in aside.values():
-        filled |= np.isfinite(one)
-    keep = filled if aside else np.ones(len(lines), dtype=bool)
     return Rows(
-        points=values[keep].reshape(-1, len(layout.columns), 3),
-        frames=_kept(aside, layout.frame, keep),
-        times=_kept(aside, layout.time, keep),
-        lines=lines[keep],
+        points=values.reshape(-1, len(layout.columns), 3),
+        frames=None if layout.frame is None else aside[layout.frame],
+        times=None if layout.time is None else aside[layout.time],
+        lines=lines,
         notes=tuple(notes),
     )
-
-
-def _kept(aside: dict[int, Array], place: int | None, keep: NDArray[np.bool_]) -> Array | None:
-    return None if place is None else aside[place][keep]
 
 
 def _plain(body: bytes, delimiter: str) -> tuple[bytes, str]:
@@ -167,7 +160,7 @@ def _whole_rows(
     Raises:
         ClipError: a row is cut off or has another number of cells, and nobody asked for the rest.
     """
-    count, blank = _cells_a_line(body, delimiter)
+    count, blank = _cells_a_line(body, delimiter, layout.frame is None and layout.time is None)
     at = np.flatnonzero(~blank)
     if len(at) and not body.endswith(b"\n") and not blank[-1]:
         why = _cut(body, delimiter, count, layout, len(at))
@@ -206,8 +199,10 @@ def _whole_rows(
     return (lines.astype(np.int64), body, broken), most
 
 
-def _cells_a_line(body: bytes, delimiter: str) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """(lines,): how many cells each has, and whether it is blank."""
+def _cells_a_line(
+    body: bytes, delimiter: str, always: bool
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """(lines,): how many cells each has, and whether it is blank; `always` says that a line of delimiters is not."""
     if not body:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=bool)
     every = np.frombuffer(body, dtype=np.uint8)
@@ -219,9 +214,10 @@ def _cells_a_line(body: bytes, delimiter: str) -> tuple[NDArray[np.int64], NDArr
     count = np.diff(before, prepend=0) + 1
     starts = np.concatenate([[0], ends[:-1] + 1])
     blank = ends == starts
-    # Lines of blanks only are few: those without a delimiter.
-    for i in np.flatnonzero((count == 1) & ~blank).tolist():
-        blank[i] = not body[starts[i] : ends[i]].strip()
+    # A spreadsheet writes blank lines as delimiters; without a frame or a time these may be a frame without markers.
+    few = count == 1 if always else ends - starts <= 2 * count
+    for i in np.flatnonzero(few & ~blank).tolist():
+        blank[i] = not body[starts[i] : ends[i]].replace(delimiter.encode(), b"").strip()
     return count.astype(np.int64), blank
 
 

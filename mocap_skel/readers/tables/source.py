@@ -11,8 +11,8 @@ from pathlib import Path
 from mocap_skel.errors import ClipError
 from mocap_skel.readers.units import metres_in
 
-LARGEST = 1 << 30
-"""Bytes of text that are read: half a day of 50 markers at 100 Hz has less. Picked by eye; a larger file would
+LARGEST = 1 << 29
+"""Bytes of text that are read: an hour and a half of 100 markers at 100 Hz has less. Picked by eye; a larger file would
 not fit into the memory that a clip gets."""
 
 DELIMITERS = ("\t", ";", ",")
