@@ -79,9 +79,7 @@ def test_what_it_refuses(tmp_path):
     path.write_text(qualisys(FILE, before={"FREQUENCY": ["EXT"]}, frame=True, time=True))
     assert read_clip(path).rate == 200
     path.write_text(qualisys(FILE)[:-20])
-    with pytest.raises(
-        ClipError, match=r"cut off in line 31, after \d+ cells of 12: 19 whole"
-    ):
+    with pytest.raises(ClipError, match=r"cut off in line 31, after \d+ cells of 12: 19 whole"):
         read_clip(path)
     path.write_text(qualisys(FILE, said=500))
     assert "the header says 500 frames, and there are 20" in read_clip(path).notes[0]

@@ -37,7 +37,9 @@ def damaged(content, rng):
     elif kind == 3:
         data[at:at] = data[at : at + size]
     elif kind == 4:
-        data[at : at + 1] = b"\t,;\n\r\"'.-e9x\0 "[int(rng.integers(15)) :][:1] * int(rng.integers(1, 40))
+        data[at : at + 1] = b"\t,;\n\r\"'.-e9x\0 "[int(rng.integers(15)) :][:1] * int(
+            rng.integers(1, 40)
+        )
     elif kind == 5:
         lines = bytes(data).split(b"\n")
         rng.shuffle(lines)
@@ -54,24 +56,31 @@ def test_no_damage_gives_more_than_a_line(tmp_path, name, salvage):
     rng = np.random.default_rng(5)
     path = tmp_path / name
     sound = FILES[name].encode()
-    refused = 0
+    refused = []
     for _ in range(150):
         path.write_bytes(damaged(sound, rng))
         try:
             clip = read_clip(path, salvage=salvage)
             assert clip.points.shape[2] == 3 and len(clip.labels) == clip.points.shape[1]
         except MocapSkelError as error:
-            refused += 1
-            assert "\n" not in error.message and error.message.isprintable()
-            assert error.message.startswith(f"{path}: ")
-    assert 5 < refused < 150
+            refused.append(error.message)
+    assert 5 < len(refused) < 150
+    for message in refused:
+        assert message.isprintable() and len(message) < 400
+        assert message.startswith(f"{path}: ")
 
 
 def test_random_bytes_and_packed_nonsense(tmp_path):
     rng = np.random.default_rng(6)
     for name in (*FILES, "a.trc.gz"):
         path = tmp_path / name
-        for start in (b"", b"PathFileType\t4\n", b"Format Version,1.23\n", b"NO_OF_FRAMES\t4\n", b"\x1f\x8b\x08"):
+        for start in (
+            b"",
+            b"PathFileType\t4\n",
+            b"Format Version,1.23\n",
+            b"NO_OF_FRAMES\t4\n",
+            b"\x1f\x8b\x08",
+        ):
             path.write_bytes(start + rng.bytes(5000))
             with pytest.raises(MocapSkelError) as error:
                 read_clip(path)

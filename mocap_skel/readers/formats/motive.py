@@ -18,7 +18,14 @@ from mocap_skel.readers.raw import RawClip
 from mocap_skel.readers.registry import register
 from mocap_skel.readers.tables.raw_table import raw_table
 from mocap_skel.readers.tables.rows import Layout
-from mocap_skel.readers.tables.source import beginning, cells, delimiter_of, number, read_text
+from mocap_skel.readers.tables.source import (
+    beginning,
+    cells,
+    delimiter_of,
+    number,
+    read_text,
+    shown,
+)
 from mocap_skel.text import listed
 
 _HEAD = 40
@@ -77,7 +84,7 @@ def read(path: Path, salvage: bool = False) -> RawClip:
     if not taken:
         kinds = sorted({kind for kind in (kind.strip() for kind in told["type"]) if kind})
         raise ClipError(
-            f"no markers in it, only {listed(kinds) or 'columns without a type'}",
+            f"no markers in it, only {listed(map(shown, kinds)) or 'columns without a type'}",
             "export it from Motive with Markers switched on",
         )
     axes = [cell.lower() for cell in table[at]]
@@ -143,7 +150,9 @@ def _trajectories(
         lengths = {len(by_axis[axis]) for axis in "xyz"}
         if len(lengths) != 1:
             first = min(place for places in by_axis.values() for place in places)
-            raise ClipError(f"column {first + 1}: {name} has no x, y and z beside each other")
+            raise ClipError(
+                f"column {first + 1}: {shown(name)} has no x, y and z beside each other"
+            )
         of_axes = (by_axis[axis] for axis in "xyz")
         found += [_Columns(kind, name, (x, y, z)) for x, y, z in zip(*of_axes, strict=True)]
     return sorted(found, key=lambda one: one.places)

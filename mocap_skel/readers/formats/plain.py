@@ -23,6 +23,7 @@ from mocap_skel.readers.tables.source import (
     cells,
     delimiter_of,
     read_text,
+    shown,
     unit_in,
 )
 from mocap_skel.readers.units import metres_in
@@ -70,8 +71,8 @@ def is_plain(head: bytes) -> bool | None:
     """Whether a file is a table with columns of x, y and z, by its first bytes; None if it does not seem so."""
     for line in beginning(head)[:_HEAD]:
         if line.strip() and not line.startswith(("#", "%", "//")):
-            names = cells(line, delimiter_of(line))
             try:
+                names = cells(line, delimiter_of(line))
                 return True if len(names) > 2 and _head(names).columns else None
             except ClipError:
                 return None
@@ -102,7 +103,7 @@ def read(path: Path, salvage: bool = False) -> RawClip:
     delimiter = delimiter_of(lines[at])
     head = _head(cells(lines[at], delimiter))
     if not head.columns:
-        first = [name for name in cells(lines[at], delimiter) if name][:4]
+        first = [shown(name) for name in cells(lines[at], delimiter) if name][:4]
         raise ClipError(f"no columns of markers in line {at + 1}: {listed(first)} ...", _EXPECTED)
     below = cells(lines[at + 1], delimiter) if at + 1 < len(lines) else []
     row = _unit_row(below, head)
@@ -167,7 +168,7 @@ def _head(names: list[str]) -> _Head:
             continue
         if label in parted and sum(bool(places) for places in axes.values()) == 2:
             lacks = next(axis for axis, places in axes.items() if not places)
-            raise ClipError(f"{label} has no column of {lacks}", _EXPECTED)
+            raise ClipError(f"{shown(label)} has no column of {lacks}", _EXPECTED)
         head.others += [names[place] for places in axes.values() for place in places]
     for xyz, label in sorted(points):
         head.columns.append(xyz)

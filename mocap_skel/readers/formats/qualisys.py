@@ -17,7 +17,14 @@ from mocap_skel.readers.raw import RawClip
 from mocap_skel.readers.registry import register
 from mocap_skel.readers.tables.raw_table import raw_table
 from mocap_skel.readers.tables.rows import Layout
-from mocap_skel.readers.tables.source import beginning, cells, delimiter_of, number, read_text
+from mocap_skel.readers.tables.source import (
+    beginning,
+    cells,
+    delimiter_of,
+    number,
+    read_text,
+    shown,
+)
 
 _HEAD = 2000
 _WORD = re.compile(r"[A-Z]+(_[A-Z0-9]+)+|FREQUENCY|DESCRIPTION|EVENT")
@@ -57,7 +64,7 @@ def read(path: Path, salvage: bool = False) -> RawClip:
         skip += 1
     kind = next(iter(said.get("DATA_INCLUDED", [])), "")
     if kind and kind.upper() != "3D":
-        raise ClipError(f"it holds {kind} data, no markers", "export 3D data from QTM")
+        raise ClipError(f"it holds {shown(kind)} data, no markers", "export 3D data from QTM")
     labels = said.get("MARKER_NAMES", [])
     while labels and not labels[-1]:
         labels = labels[:-1]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.errors import ClipError, reason
+from mocap_skel.readers.tables.source import shown
 from mocap_skel.text import counted
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class Layout:
         points, axes = np.nonzero(self.columns == place)
         if not len(points):
             return f"column {place + 1}"
-        title = "".join(c if c.isprintable() else "?" for c in self.titles[points[0]])
+        title = shown(self.titles[points[0]])
         return f"column {place + 1} ({f'{title} ' if title else ''}{'xyz'[axes[0]]})"
 
 
@@ -372,10 +373,9 @@ def _some_numbers(
             bad[row : row + len(table)] |= wrong
             if wrong.any() and not salvage:
                 at = int(np.flatnonzero(wrong)[0])
-                cell = "".join(c if c.isprintable() else "?" for c in str(table[place].iloc[at]))
-                shown = cell if len(cell) <= 30 else f"{cell[:27]}..."
+                cell = shown(str(table[place].iloc[at]))
                 raise ClipError(
-                    f"line {lines[row + at]}, {layout.column(place)}: {shown!r} is no number",
+                    f"line {lines[row + at]}, {layout.column(place)}: {cell!r} is no number",
                     SALVAGE,
                 )
         values.append(block[:, np.searchsorted(needed, places)])

@@ -15,6 +15,9 @@ LARGEST = 1 << 29
 """Bytes of text that are read: an hour and a half of 100 markers at 100 Hz has less. Picked by eye; a larger file would
 not fit into the memory that a clip gets."""
 
+MOST_IN_A_LINE = 100_000
+"""Cells of a line: 30,000 markers and more."""
+_SHOWN = 30
 DELIMITERS = ("\t", ";", ",")
 _BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _DECIMAL_COMMA = re.compile(r"(?<![\d.])-?\d*,\d+(?![\d.,])")
@@ -107,13 +110,18 @@ def delimiter_of(line: str) -> str:
 
 
 def cells(line: str, delimiter: str) -> list[str]:
-    """The cells of a line, trimmed, without quotes.
+    """The cells of a line, trimmed, without quotes and what a terminal would obey.
+
+    Raises:
+        ClipError: there are more than any table has.
 
     >>> cells('Frame,"Ann:LFHD" ,', ",")
     ['Frame', 'Ann:LFHD', '']
     """
+    if (count := line.count(delimiter) + 1) > MOST_IN_A_LINE:
+        raise ClipError(f"a line of {count} cells, and no table has more than {MOST_IN_A_LINE}")
     if delimiter == " ":
-        return line.split()
+        return [_printable(word) for word in line.split()]
     try:
         found = next(
             csv.reader([line], delimiter=delimiter, skipinitialspace=delimiter != "\t"), []
@@ -121,7 +129,21 @@ def cells(line: str, delimiter: str) -> list[str]:
     except csv.Error:
         # A cell of more than 128 kB.
         found = line.split(delimiter)
-    return [cell.strip().strip('"') for cell in found]
+    return [_printable(cell.strip().strip('"')) for cell in found]
+
+
+def _printable(text: str) -> str:
+    return text if text.isprintable() else "".join(c if c.isprintable() else "?" for c in text)
+
+
+def shown(text: str) -> str:
+    r"""A text out of a file as messages have it: printable, and not long.
+
+    >>> shown("1.2\x1b"), shown("x" * 100)
+    ('1.2?', 'xxxxxxxxxxxxxxxxxxxxxxxxxxx...')
+    """
+    text = _printable(text)
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
 def comma_is_decimal(lines: Sequence[str], delimiter: str) -> bool:
