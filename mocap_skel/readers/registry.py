@@ -119,9 +119,10 @@ def format_of(path: Path) -> Format:
         return found[0]
     if not called:
         _refuse_by_suffix(path)
-    suffixes = list(dict.fromkeys(suffix for entry in told for suffix in entry.suffixes))
-    hint = None if called else f"mocap-skel reads {_either(suffixes)}"
-    raise ClipError(f"not a {_either([entry.name for entry in called or told])} file", hint)
+    if called:
+        raise ClipError(f"not a {_either([entry.name for entry in called])} file")
+    suffixes = sorted({suffix for entry in told for suffix in entry.suffixes})
+    raise ClipError("no kind of file that mocap-skel reads", f"it reads {_either(suffixes)}")
 
 
 def _refuse_by_suffix(path: Path) -> None:
