@@ -112,6 +112,8 @@ def read_rows(body: bytes, layout: Layout, salvage: bool) -> Rows:
         raise ClipError(f"{len(layout.columns)} trajectories; more than {MOST_POINTS} are not read")
     notes: list[str] = []
     body, delimiter = _plain(body, layout.delimiter)
+    if body.endswith(b"\n\n"):
+        body = body.rstrip(b"\n") + b"\n"
     if (count := body.count(delimiter.encode()) + body.count(b"\n")) > MOST_CELLS:
         raise ClipError(f"a table of {count / 1e6:.0f} million cells", "cut it into several clips")
     whole, most = _whole_rows(body, delimiter, layout, salvage, notes)
@@ -161,7 +163,9 @@ def _whole_rows(
     Raises:
         ClipError: a row is cut off or has another number of cells, and nobody asked for the rest.
     """
-    count, blank = _cells_a_line(body, delimiter, layout.frame is None and layout.time is None)
+    count, blank, spaced = _cells_a_line(
+        body, delimiter, layout.frame is None and layout.time is None
+    )
     at = np.flatnonzero(~blank)
     if len(at) and not body.endswith(b"\n") and not blank[-1]:
         why = _cut(body, delimiter, count, layout, len(at))
@@ -195,17 +199,26 @@ def _whole_rows(
         broken |= _too_long(body, delimiter, at, lines, count, layout, salvage)
     # Blank lines go, so that a row of the table is an entry of `lines`.
     if blank.any():
-        split = body.split(b"\n")
-        body = b"\n".join(split[i] for i in at) + b"\n"
+        if not spaced:
+            body = re.sub(rb"\n{2,}", b"\n", body).lstrip(b"\n")
+        else:
+            split = body.split(b"\n")
+            body = b"\n".join(split[i] for i in at) + b"\n"
     return (lines.astype(np.int64), body, broken), most
 
 
 def _cells_a_line(
     body: bytes, delimiter: str, always: bool
-) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """(lines,): how many cells each has, and whether it is blank; `always` says that a line of delimiters is not."""
+) -> tuple[NDArray[np.int64], NDArray[np.bool_], bool]:
+    """(lines,): how many cells each has, and whether it is blank; and whether a blank one has blanks in it.
+
+    Args:
+        body: the lines.
+        delimiter: what parts the cells.
+        always: a line of delimiters is not blank.
+    """
     if not body:
-        return np.empty(0, dtype=np.int64), np.empty(0, dtype=bool)
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=bool), False
     every = np.frombuffer(body, dtype=np.uint8)
     ends = np.flatnonzero(every == 10)
     if not body.endswith(b"\n"):
@@ -217,9 +230,11 @@ def _cells_a_line(
     blank = ends == starts
     # A spreadsheet writes blank lines as delimiters; without a frame or a time these may be a frame without markers.
     few = count == 1 if always else ends - starts <= 2 * count
+    spaced = False
     for i in np.flatnonzero(few & ~blank).tolist():
         blank[i] = not body[starts[i] : ends[i]].replace(delimiter.encode(), b"").strip()
-    return count.astype(np.int64), blank
+        spaced |= bool(blank[i])
+    return count.astype(np.int64), blank, spaced
 
 
 def _cut(body: bytes, delimiter: str, count: NDArray[np.int64], layout: Layout, rows: int) -> str:
@@ -314,39 +329,34 @@ def _numbers(
     """
     places = layout.columns.ravel()
     aside = [place for place in (layout.frame, layout.time) if place is not None]
-    bad = np.zeros(len(lines), dtype=bool)
+    needed = np.unique([*places.tolist(), *aside])
     told: dict[str, Any] = {
         "sep": delimiter, "decimal": "," if layout.comma else ".", "header": None,
         "names": range(most), "skip_blank_lines": False, "skipinitialspace": True, "engine": "c",
         "low_memory": False, "quoting": 3, "encoding": "utf-8", "encoding_errors": "replace",
-        "index_col": False, "na_values": _MISSING,
+        "index_col": False, "na_values": _MISSING, "usecols": needed.tolist(),
     }  # fmt: skip
-    values = None
-    if not _TRUTHS.search(body):
-        values = _all_numbers(body, told, places)
-    if values is None:
-        values = _some_numbers(body, told, layout, lines, salvage, bad)
-    found = {place: _loose_numbers(body, told, place) for place in aside}
-    if len(values) != len(lines):
-        raise ClipError(f"no sound table: {len(values)} rows in {len(lines)} lines")
-    return values, found, bad
+    bad = np.zeros(len(lines), dtype=bool)
+    table = None if _TRUTHS.search(body) else _all_numbers(body, told)
+    if table is None:
+        table = _some_numbers(body, told, layout, lines, salvage, bad)
+    if len(table) != len(lines):
+        raise ClipError(f"no sound table: {len(table)} rows in {len(lines)} lines")
+    at = np.searchsorted(needed, aside)
+    found = {place: table[:, i] for place, i in zip(aside, at.tolist(), strict=True)}
+    return table[:, np.searchsorted(needed, places)], found, bad
 
 
-def _all_numbers(body: bytes, told: dict[str, Any], places: NDArray[np.int64]) -> Array | None:
-    """The cells of some columns (rows, columns); None where one is no number."""
+def _all_numbers(body: bytes, told: dict[str, Any]) -> Array | None:
+    """The cells of the columns that are needed; None where one is no number."""
     import pandas
 
-    needed = np.unique(places)
+    kinds = dict.fromkeys(told["usecols"], np.float64)
     try:
-        table = pandas.read_csv(
-            BytesIO(body),
-            usecols=needed.tolist(),
-            dtype=dict.fromkeys(needed.tolist(), np.float64),
-            **told,
-        )
+        table = pandas.read_csv(BytesIO(body), dtype=kinds, **told)
     except ValueError:
         return None
-    return np.ascontiguousarray(table.to_numpy(np.float64)[:, np.searchsorted(needed, places)])
+    return np.asarray(table.to_numpy(np.float64))
 
 
 def _some_numbers(
@@ -357,36 +367,35 @@ def _some_numbers(
     salvage: bool,
     bad: NDArray[np.bool_],
 ) -> Array:
-    """As `_all_numbers`; `bad` takes the rows in which a cell is no number.
+    """As `_all_numbers`; `bad` takes the rows in which a coordinate is no number.
 
     Raises:
         ClipError: there is one, and nobody asked for the rest.
     """
-    places = layout.columns.ravel()
-    needed = np.unique(places)
-    values: list[Array] = []
+    needed = told["usecols"]
+    coordinates = {*layout.columns.ravel().tolist()}
+    blocks: list[Array] = []
     row = 0
-    for table in _chunks(body, told, needed):
+    for table in _chunks(body, told):
         block = np.empty((len(table), len(needed)))
-        for i, place in enumerate(needed.tolist()):
+        for i, place in enumerate(needed):
             block[:, i], wrong = _to_numbers(table[place], layout.comma)
+            # A frame or a time that is no number does not matter as much.
+            if place not in coordinates or not wrong.any():
+                continue
             bad[row : row + len(table)] |= wrong
-            if wrong.any() and not salvage:
+            if not salvage:
                 at = int(np.flatnonzero(wrong)[0])
+                where = f"line {lines[row + at]}, {layout.column(place)}"
                 cell = shown(str(table[place].iloc[at]))
-                raise ClipError(
-                    f"line {lines[row + at]}, {layout.column(place)}: {cell!r} is no number",
-                    SALVAGE,
-                )
-        values.append(block[:, np.searchsorted(needed, places)])
+                raise ClipError(f"{where}: {cell!r} is no number", SALVAGE)
+        blocks.append(block)
         row += len(table)
-    return np.concatenate(values)
+    return np.concatenate(blocks) if blocks else np.empty((0, len(needed)))
 
 
-def _chunks(
-    body: bytes, told: dict[str, Any], places: NDArray[np.int64]
-) -> Iterator[pandas.DataFrame]:
-    """Some columns as texts, some thousand rows at a time.
+def _chunks(body: bytes, told: dict[str, Any]) -> Iterator[pandas.DataFrame]:
+    """The columns that are needed as texts, some thousand rows at a time.
 
     Raises:
         ClipError: pandas finds no table.
@@ -394,9 +403,7 @@ def _chunks(
     import pandas
 
     try:
-        with pandas.read_csv(
-            BytesIO(body), usecols=places.tolist(), dtype=str, chunksize=_CHUNK, **told
-        ) as tables:
+        with pandas.read_csv(BytesIO(body), dtype=str, chunksize=_CHUNK, **told) as tables:
             yield from tables
     except ValueError as error:
         raise ClipError(f"no sound table: {reason(error)}") from error
@@ -415,10 +422,3 @@ def _to_numbers(texts: pandas.Series[Any], comma: bool) -> tuple[Array, NDArray[
     numbers = np.where(words, np.nan, numbers)
     empty = (plain == "").to_numpy(np.bool_, na_value=False)
     return numbers, seen & ~empty & (np.isnan(numbers) | words)
-
-
-def _loose_numbers(body: bytes, told: dict[str, Any], place: int) -> Array:
-    """(rows,) a column of frames or times: what is no number does not matter as much."""
-    comma = told["decimal"] == ","
-    chunks = _chunks(body, told, np.array([place]))
-    return np.concatenate([_to_numbers(table[place], comma)[0] for table in chunks])
