@@ -12,7 +12,6 @@ from table_files import marked, motive, plain, qualisys, trc
 from mocap_skel.errors import ClipError, MocapSkelError
 from mocap_skel.pipeline.isolation import GIGABYTE, Worker
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.formats import packed
 from mocap_skel.readers.tables import rows, source
 
 FILE = marked(frames=12, labels=("Ann:LASI", "Ann:RASI"))
@@ -87,6 +86,13 @@ def test_random_bytes_and_packed_nonsense(tmp_path):
             assert error.value.message.startswith(f"{path}: ")
 
 
+def test_a_file_that_is_packed_twice_is_refused(tmp_path):
+    path = tmp_path / "walk.trc.gz"
+    path.write_bytes(gzip.compress(gzip.compress(FILES["a.trc"].encode())))
+    with pytest.raises(ClipError, match="packed twice"):
+        read_clip(path)
+
+
 def test_what_a_packed_file_holds_is_told_by_its_own_name(tmp_path):
     path = tmp_path / "walk.bvh.gz"
     path.write_bytes(gzip.compress(b"HIERARCHY\n"))
@@ -133,9 +139,10 @@ def test_no_claim_takes_memory_or_time(tmp_path):
 def test_what_is_too_large_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "a.trc.gz"
     path.write_bytes(gzip.compress(FILES["a.trc"].encode()))
-    monkeypatch.setattr(packed, "LARGEST", 1000)
+    monkeypatch.setattr(source, "LARGEST", 1000)
     with pytest.raises(ClipError, match="more than 0 MB when it is unpacked"):
         read_clip(path)
+    monkeypatch.undo()
     path = tmp_path / "a.trc"
     path.write_text(FILES["a.trc"])
     monkeypatch.setattr(rows, "MOST_CELLS", 50)

@@ -6,13 +6,10 @@ import gzip
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from table_files import Marked, marked, rounded, trc
+from table_files import marked, rounded, trc
 
 from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.registry import read_raw
 
 FILE = marked()
 
@@ -243,29 +240,3 @@ def test_packed_with_gzip(tmp_path):
     clip = read_clip(path, salvage=True)
     assert 300 < clip.frames < 400
     np.testing.assert_allclose(clip.points, rounded(marked(frames=400))[: clip.frames] * 1e-3)
-
-
-NUMBERS = st.floats(-1e5, 1e5).map(lambda x: round(x, 5)).filter(lambda x: x != 0) | st.just(np.nan)
-LABEL = st.text("ABCdef_0123456789 .-ÄÖß", min_size=1, max_size=8).map(str.strip).filter(
-    lambda x: x and x[0].isalpha() and x[-1] not in "_ .-")  # fmt: skip
-
-
-@settings(deadline=None, max_examples=60)
-@given(st.data())
-def test_whatever_is_written_is_read(tmp_path_factory, data):
-    labels = data.draw(st.lists(LABEL, min_size=1, max_size=6, unique=True))
-    frames = data.draw(st.integers(1, 8))
-    rows = st.lists(NUMBERS, min_size=3 * len(labels) * frames, max_size=3 * len(labels) * frames)
-    points = np.array(data.draw(rows)).reshape(frames, len(labels), 3)
-    points[0, 0] = [1.0, 2.0, 3.0]
-    points[np.isnan(points).any(axis=2)] = np.nan
-    comma = data.draw(st.booleans())
-    sep = data.draw(st.sampled_from("\t;" if comma else "\t;,"))
-    file = Marked(
-        points, tuple(labels), first=data.draw(st.integers(0, 10**6)), sep=sep, comma=comma
-    )
-    path = tmp_path_factory.mktemp("any") / "any.trc"
-    path.write_text(trc(file), encoding="utf-8")
-    raw = read_raw(path)
-    np.testing.assert_array_equal(raw.points, points)
-    assert (raw.labels, raw.first_frame, raw.rate) == (file.labels, file.first, 100.0)

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from mocap_skel.errors import CallError, ClipError, reason
 from mocap_skel.readers.raw import RawClip
 from mocap_skel.readers.registry import read_raw, register
-from mocap_skel.readers.tables.source import LARGEST
 
 _PART = 1 << 20
+_GZIP = b"\x1f\x8b"
 
 
 @register(
     "gzip",
     suffixes=(".gz",),
-    sniff=lambda head: head.startswith(b"\x1f\x8b"),
+    sniff=lambda head: head.startswith(_GZIP),
     salvages=True,
 )
 def read(path: Path, salvage: bool = False) -> RawClip:
@@ -33,6 +31,10 @@ def read(path: Path, salvage: bool = False) -> RawClip:
         OSError: it cannot be opened.
     """
     import gzip
+    import zlib
+    from tempfile import TemporaryDirectory
+
+    from mocap_skel.readers.tables.source import LARGEST
 
     with TemporaryDirectory(prefix="mocap-skel-") as folder:
         inside = Path(folder) / (path.stem if path.suffix.lower() == ".gz" else path.name)
@@ -48,6 +50,10 @@ def read(path: Path, salvage: bool = False) -> RawClip:
                 if not salvage or not file.tell():
                     hint = "--salvage reads what can be unpacked" if file.tell() else None
                     raise ClipError(damage, hint) from error
+        with inside.open("rb") as file:
+            # There are files that hold themselves.
+            if file.read(len(_GZIP)) == _GZIP:
+                raise ClipError("packed twice", "unpack it once")
         try:
             raw = read_raw(inside, salvage)
             return replace(raw, notes=(damage, *raw.notes)) if damage else raw

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mocap_skel.errors import ClipError
+from mocap_skel.readers.tables.beginning import BOMS
 from mocap_skel.readers.units import metres_in
 
 LARGEST = 1 << 29
@@ -19,7 +20,6 @@ MOST_IN_A_LINE = 100_000
 """Cells of a line: 30,000 markers and more."""
 _SHOWN = 30
 DELIMITERS = ("\t", ";", ",")
-_BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _DECIMAL_COMMA = re.compile(r"(?<![\d.])-?\d*,\d+(?![\d.,])")
 _DECIMAL_POINT = re.compile(r"\d\.\d")
 
@@ -77,7 +77,7 @@ def read_text(path: Path) -> Text:
 
 
 def _in_utf8(data: bytes) -> tuple[bytes, tuple[str, ...]]:
-    encoding = next((name for bom, name in _BOMS if data.startswith(bom)), "utf-8")
+    encoding = next((name for bom, name in BOMS if data.startswith(bom)), "utf-8")
     if data.isascii():
         return data, ()
     try:
@@ -88,14 +88,6 @@ def _in_utf8(data: bytes) -> tuple[bytes, tuple[str, ...]]:
         note = "its text is not UTF-8: names are read as Windows writes them in western Europe"
         return text.encode(), (note,)
     return (data, ()) if encoding == "utf-8" else (text.encode(), ())
-
-
-def beginning(head: bytes) -> list[str]:
-    """The first lines of a file by its first bytes, for a sniff; none of a file that is no text."""
-    encoding = next((name for bom, name in _BOMS if head.startswith(bom)), "")
-    if not encoding and b"\0" in head[:1024]:
-        return []
-    return head.decode(encoding or "utf-8", "replace").lstrip("\n\r\t ").splitlines()
 
 
 def delimiter_of(line: str) -> str:
