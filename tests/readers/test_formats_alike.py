@@ -11,6 +11,7 @@ from table_files import Marked, motive, plain, qualisys, trc
 
 from mocap_skel import associate, fit_skeleton, read_association, read_clip
 from mocap_skel.artificial import Faults, human, marker_set, record, walk, write_c3d
+from mocap_skel.readers.registry import read_raw
 
 # Of a text with five decimals of a millimetre.
 ROUNDING = 1e-8
@@ -95,3 +96,27 @@ def test_times_of_a_take_whose_frames_are_counted_from_0_begin_at_0(files, tmp_p
     (tmp_path / "walk.csv").write_text("".join([*rows[:7], *shifted]))
     fit = fitted(tmp_path / "walk.csv")
     assert fit.frame_numbers[0] == 0 and fit.time[0] == 0 and fit.time[100] == 1
+
+
+@pytest.mark.real
+@pytest.mark.parametrize(
+    ("name", "sep", "labels", "rate", "first"),
+    [
+        ("walk_free.trc", "\t", ("R.ASIS", "L.ASIS"), 60, 185),
+        ("blanks.trc", "\t", ("LTH3", "T10"), 250, 1),
+        ("crlf.trc", "\t", ("R.ASIS", "L.ASIS"), 60, 1),
+        ("motive_unlabeled.csv", ",", ("Unlabeled 1036", "Unlabeled 1037"), 360, 0),
+        ("qualisys_new_numbers.tsv", "\t", ("New 0000", "New 0002"), 100, 1),
+    ],
+)
+def test_files_of_real_programs(shared_clips, name, sep, labels, rate, first):
+    """Against a reading by hand: rows whose first cell is a whole number."""
+    path = shared_clips / "other_formats" / name
+    raw = read_raw(path)
+    rows = [line.split(sep) for line in path.read_text(errors="replace").splitlines()]
+    rows = [row for row in rows if row[0].strip().isdigit() and len(row) > 10][-len(raw.points) :]
+    size = raw.points[0].size
+    cells = [[cell.strip() or "nan" for cell in (row[2:] + [""] * size)[:size]] for row in rows]
+    np.testing.assert_array_equal(raw.points, np.array(cells, float).reshape(raw.points.shape))
+    clip = read_clip(path)
+    assert (clip.labels[:2], clip.rate, clip.first_frame, clip.unit) == (labels, rate, first, "mm")

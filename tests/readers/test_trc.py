@@ -97,6 +97,10 @@ def test_several_spellings_of_the_names(path):
     path.write_text(trc(FILE.but(labels=("LASI", "", "LASI", "C7"))))
     clip = read_clip(path)
     assert clip.labels == ("LASI", "point_2", "LASI_2", "C7") and clip.doubles == ((0, 2),)
+    each = [f"{label}_{axis}" for label in FILE.labels for axis in "xyz"]
+    reads(path, trc(FILE, names=each))
+    lines = trc(FILE, names=each).splitlines(keepends=True)
+    reads(path, "".join(lines[:4] + lines[6:]))
     path.write_text(trc(FILE, names=["LASI", "RASI", "C7"]))
     with pytest.raises(ClipError, match="3 marker names in its header, and axes of 4 markers"):
         read_clip(path)
@@ -211,6 +215,11 @@ def test_a_cut_file_is_refused_and_salvage_reads_whole_frames(path):
         with pytest.raises(ClipError, match=r"cut off in line 12.*: 5 whole frames before it"):
             read_clip(path)
         np.testing.assert_allclose(read_clip(path, salvage=True).points, rounded(file)[:5] * 1e-3)
+    # A whole last row without its end, of a header that says more: edited by hand.
+    path.write_text(trc(file, said=900)[:-1])
+    assert read_clip(path).notes == (
+        "the header says 900 frames, and there are 20: those are read",
+    )
     # In the very last number: one decimal fewer than in all rows before.
     path.write_text(text[:-2])
     with pytest.raises(ClipError, match="cut off in line 26, in its last number: 19 whole frames"):

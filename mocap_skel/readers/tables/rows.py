@@ -239,24 +239,29 @@ def _cells_a_line(
 
 def _cut(body: bytes, delimiter: str, count: NDArray[np.int64], layout: Layout, rows: int) -> str:
     """Why the last line, which does not end, is cut off; "" where it seems whole."""
-    least = int(count[:-1].min(initial=layout.width))
-    if count[-1] < max(layout.width, least):
-        return f"after {counted(int(count[-1]), 'cell')} of {max(layout.width, least)}"
-    if layout.said > rows:
-        return f"of {layout.said} frames that the header says"
-    lines = [line.rstrip() for line in body[-_TAIL:].split(b"\n") if line.strip()]
+    if count[-1] < layout.width:
+        return f"after {counted(int(count[-1]), 'cell')} of {layout.width}"
+    if count[-1] > layout.width:
+        return ""
     mark = delimiter.encode()
-    *others, last = (line.rpartition(mark)[2] for line in lines[1:] or lines)
+    tail = max(_TAIL, 4 * (len(body) - body.rfind(b"\n")))
+    table = [line.split(mark) for line in body[-tail:].split(b"\n") if line.strip()]
+    # The first of them may have lost its beginning.
+    *others, last = (
+        row[layout.width - 1].strip() for row in table[len(table) > 1 :] if len(row) >= layout.width
+    )
     if not last:
-        empty = body.endswith(mark) and body[:-1].rpartition(mark)[2].strip()
-        return "in its last point" if empty and count[-1] == layout.width else ""
+        return "in its last point" if table[-1][-2].strip() else ""
     # A program writes as many decimals into every row of a column.
-    decimals = {
-        len(found[1]) if (found := _FIXED.fullmatch(cell)) else -1 for cell in others if cell
-    }
-    found = _FIXED.fullmatch(last)
-    fixed = len(decimals) == 1 and len(others) > 2 and min(decimals) > 0
-    return "in its last number" if fixed and (len(found[1]) if found else 0) < min(decimals) else ""
+    decimals = {_decimals(cell) for cell in others if cell}
+    if len(others) > 2 and len(decimals) == 1 and (usual := min(decimals)):
+        return "in its last number" if _decimals(last) < usual else ""
+    return f"of {layout.said} frames that the header says" if layout.said > rows else ""
+
+
+def _decimals(cell: bytes) -> int:
+    found = _FIXED.fullmatch(cell)
+    return len(found[1]) if found else 0
 
 
 def _frames_said(said: int, rows: int) -> list[str]:

@@ -21,6 +21,7 @@ from mocap_skel.readers.tables.source import cells, delimiter_of, number, read_t
 # Lines in which the header has to be.
 _HEAD = 30
 _AXIS = re.compile(r"[xyz]\d*", re.IGNORECASE)
+_EACH = re.compile(r"(.+)[ _.:-]([xyz])", re.IGNORECASE)
 _FRAME = re.compile(r"frame ?#?", re.IGNORECASE)
 
 
@@ -100,6 +101,15 @@ def _labels(names: list[str], count: int) -> list[str]:
     if apart and (not count or len(over_x) <= count):
         return over_x + [""] * (count - len(over_x))
     given = [name for name in names if name]
+    # Without the line of axes, some programs have a name for each coordinate: LKNE_x, LKNE_y, LKNE_z.
+    each = [(one[1], one[2].lower()) for one in map(_EACH.fullmatch, given) if one]
+    stems = [stem for stem, _ in each[::3]]
+    if (
+        stems
+        and each == [(stem, axis) for stem in stems for axis in "xyz"]
+        and len(each) == len(given)
+    ):
+        return stems
     if not count or len(given) == count:
         return given
     raise ClipError(f"{len(given)} marker names in its header, and axes of {count} markers")
