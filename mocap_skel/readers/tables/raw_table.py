@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from mocap_skel.readers.raw import RawClip
-from mocap_skel.readers.tables.rows import Layout, read_rows
+from mocap_skel.readers.tables.layout import Layout
+from mocap_skel.readers.tables.rows import read_rows
 from mocap_skel.readers.tables.source import Text, comma_is_decimal
 from mocap_skel.readers.tables.timing import timing
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from mocap_skel.errors import ClipError
 from mocap_skel.readers.raw import RawClip
+from mocap_skel.readers.tables.layout import Layout
 from mocap_skel.readers.tables.raw_table import raw_table
-from mocap_skel.readers.tables.rows import Layout
 from mocap_skel.readers.tables.source import cells, delimiter_of, number, read_text
 
 # Lines in which the header has to be.
