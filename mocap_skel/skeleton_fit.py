@@ -104,8 +104,11 @@ class SkeletonFit:
 
     @property
     def time(self) -> Array:
-        """(frames,) seconds since frame 1, also in a clip that was cut out of a longer take."""
-        return np.asarray((self.frame_numbers - 1) / self.rate)
+        """(frames,) seconds since frame 1, also in a clip that was cut out of a longer take.
+
+        Since its first frame in one whose frames are counted from 0.
+        """
+        return np.asarray((self.frame_numbers - min(1, int(self.frame_numbers[0]))) / self.rate)
 
     def tracks(self) -> Iterator[tuple[str, Array]]:
         """Name and lab track (frames, 3) of every joint, of the root's origin, of each leaf's end point.

@@ -1,4 +1,4 @@
-"""Reading text files, and the wording of lists, numbers and hints in messages."""
+"""Reading text files, the names of files without their suffixes, and the wording of lists, numbers and hints."""
 
 from __future__ import annotations
 
@@ -74,3 +74,13 @@ def listed(names: Iterable[str], most: int = 8) -> str:
     """
     items = list(names)
     return ", ".join(items[:most]) + (f" and {len(items) - most} more" if len(items) > most else "")
+
+
+def stem(path: Path) -> str:
+    """What a clip is called without the suffixes of its file.
+
+    >>> from pathlib import Path
+    >>> stem(Path("clips/walk.c3d")), stem(Path("walk.trc.gz"))
+    ('walk', 'walk')
+    """
+    return Path(path.stem).stem if path.suffix.lower() == ".gz" else path.stem

@@ -63,7 +63,7 @@ class _Commands(click.Group):
 @click.option("--debug", is_flag=True, help="Show the traceback of an unexpected error.")
 @click.pass_context
 def group(ctx: click.Context, debug: bool) -> None:
-    """Skeletons from optical motion capture: C3D in, joint centres and a moving skeleton out.
+    """Skeletons from optical motion capture: C3D, TRC or CSV in, joint centres and a moving skeleton out.
 
     No initial guess and no optimisation: closed-form sphere fits, one pass over the data.
     """

@@ -14,6 +14,7 @@ import click
 
 from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, say
 from mocap_skel.errors import CallError, MocapSkelError
+from mocap_skel.text import stem
 
 if TYPE_CHECKING:
     from mocap_skel.pipeline.clip_files import Done
@@ -84,12 +85,13 @@ def check_names(clips: tuple[Path, ...]) -> None:
     """
     seen: dict[str, Path] = {}
     for clip in clips:
-        if clip.stem in seen:
+        name = stem(clip)
+        if name in seen:
             raise CallError(
-                f"{seen[clip.stem]} and {clip} would write the same files",
+                f"{seen[name]} and {clip} would write the same files",
                 "fit them in two calls with different -o",
             )
-        seen[clip.stem] = clip
+        seen[name] = clip
 
 
 def folder_of(output: str, suffixes: Iterable[str]) -> Path | None:

@@ -115,9 +115,9 @@ def check_estimation(method: str, noise: str, sigma: object) -> None:
 
 
 clips = click.argument(
-    "clips", nargs=-1, required=True, metavar="CLIP.c3d...", type=click.Path(path_type=Path)
+    "clips", nargs=-1, required=True, metavar="CLIP...", type=click.Path(path_type=Path)
 )
-clip = click.argument("clip", metavar="CLIP.c3d", type=click.Path(path_type=Path))
+clip = click.argument("clip", metavar="CLIP", type=click.Path(path_type=Path))
 association = click.option(
     "--assoc", "-a", "association", metavar="MAP",
     type=Named(("association_files", "../association_files"), ".txt"),

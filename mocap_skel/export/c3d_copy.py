@@ -24,7 +24,7 @@ from mocap_skel.readers.units import metres_in
 from mocap_skel.results.tables import track_kinds
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
-from mocap_skel.text import counted, listed
+from mocap_skel.text import counted, listed, stem
 
 # Metres from a segment's origin to the tips of its axes.
 AXIS = 0.1
@@ -77,6 +77,10 @@ def c3d_copy(
         found = survey(path)
         content = path.read_bytes()[found.base :]
     except (OSError, ClipError) as error:
+        if stem(path) != path.stem or path.suffix.lower() != ".c3d":
+            raise ExportError(
+                f"{path}: a copy with the skeleton's points needs an unpacked C3D file"
+            ) from error
         raise ExportError(f"{path}: cannot be read once more: {error}") from error
     try:
         frames = _frames(found, clip, content)

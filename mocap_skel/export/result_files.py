@@ -10,6 +10,7 @@ from mocap_skel.clip import Clip
 from mocap_skel.export.files import safe_name, write_all
 from mocap_skel.export.registry import Source, choose
 from mocap_skel.skeleton_fit import SkeletonFit
+from mocap_skel.text import stem
 
 
 def write_fit(
@@ -67,4 +68,4 @@ def write_fit(
 def stem_of(path: Path, clip: Clip, fit: SkeletonFit) -> str:
     """What a fit's files are called before the suffix: the clip, and the subject where it has several."""
     several = len(clip.subject_names) > 1 and fit.subject
-    return f"{path.stem}.{safe_name(fit.subject)}" if several else path.stem
+    return f"{stem(path)}.{safe_name(fit.subject)}" if several else stem(path)

@@ -18,7 +18,7 @@ from mocap_skel.report.figures import KINDS, check_figures, picture
 from mocap_skel.report.pose_figures import Actor, pose_figure
 from mocap_skel.report.time_figures import bones_figure, residuals_figure, tracks_figure
 from mocap_skel.results.series import best_frame, marker_tracks
-from mocap_skel.text import listed
+from mocap_skel.text import listed, stem
 
 # What is drawn against time, of one subject.
 OVER_TIME: dict[str, Callable[[Actor, str], tuple[Any, str]]] = {
@@ -92,7 +92,7 @@ def draw(path: Path, job: Job, wanted: Drawing) -> Drawn:
 def _target(path: Path, job: Job, wanted: Drawing) -> Path:
     """The picture's file."""
     subject = f".{safe_name(job.subject)}" if job.subject else ""
-    name = f"{path.stem}{subject}.{wanted.plot}.png"
+    name = f"{stem(path)}{subject}.{wanted.plot}.png"
     output = wanted.output
     if output is None or output.is_dir():
         return (output or Path()) / name

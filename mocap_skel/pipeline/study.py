@@ -34,7 +34,7 @@ from mocap_skel.studies.resample import (
     refits,
     summarise,
 )
-from mocap_skel.text import counted
+from mocap_skel.text import counted, stem
 from mocap_skel.version import __version__
 
 Item = TypeVar("Item")
@@ -139,14 +139,14 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
         raise CallError(f"{path}: the study takes one subject", f"choose with --subject: {known}")
     subject = subjects[0]
     several = len(clip.subject_names) > 1 and subject.subject
-    stem = f"{path.stem}.{safe_name(subject.subject)}" if several else path.stem
+    called = f"{stem(path)}.{safe_name(subject.subject)}" if several else stem(path)
     csv = ("answers", "means", "deviations", "power_law")
-    names = where.names(f"{stem}.resample", csv, ["figure24"])
+    names = where.names(f"{called}.resample", csv, ["figure24"])
     # The whole clip first: one that cannot be fitted, or a folder that cannot be written to, is told at once.
     whole = job.fit(clip, subject)
     clip = _without(clip, subject, whole)
     check_folder(where.folder)
-    store = _Store(where.folder / f".{stem}.resample-{_key(clip, subject, job, plan)}")
+    store = _Store(where.folder / f".{called}.resample-{_key(clip, subject, job, plan)}")
     answers = _all_passes(clip, subject, job, plan, where, store)
     summary = summarise(answers)
     asked = plan.passes * plan.levels

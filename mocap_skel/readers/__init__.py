@@ -28,7 +28,8 @@ def read_clip(
     """Read a motion capture file: markers in metres, and what was decided about them.
 
     The file's content decides which reader reads it, and its suffix where the content does not tell.
-    C3D is the format that is read.
+    C3D, TRC, the CSV of Motive, the TSV of Qualisys, and plain tables (columns LKNE_x, LKNE_y, LKNE_z) are read,
+    packed with gzip or not.
 
     Args:
         path: the file.

@@ -184,7 +184,7 @@ def _rate(raw: RawClip, name: str, rate: float | None) -> float:
 
 
 def _up(raw: RawClip, stated: str | None, notes: list[str]) -> tuple[str, str]:
-    """The vertical axis, and who says so: what is stated, or what the file says, otherwise z.
+    """The vertical axis, and who says so: what is stated, or what the file says, otherwise that of its format.
 
     Raises:
         CallError: what is stated is no axis.
@@ -196,7 +196,7 @@ def _up(raw: RawClip, stated: str | None, notes: list[str]) -> tuple[str, str]:
     said = raw.up
     sign, axis = said[:-1], said[-1:].lower()
     known = axis in ("x", "y", "z") and sign in ("", "+", "-")
-    up = axis if known else "z"
+    up = axis if known else raw.usual_up
     # C3D files that write -Z there hold heads above feet all the same.
     if said and (not known or sign == "-"):
         notes.append(f"{raw.up_name} is {said!r}: {up} is taken to point up")

@@ -27,6 +27,7 @@ class RawClip:
         unit: the file's word for its length unit, "" where it does not say.
         up: the file's word for its vertical axis ("z", "+Y"), "" where it does not say.
         up_name: what the file calls that, for messages.
+        usual_up: the axis that is mostly vertical in files of its format, for one that does not say.
         first_frame: the file's own number of the first frame.
         computed: labels of points that a model computed, by the file's own lists; with or without subject.
         earlier: labels of points that an earlier fit of this program added.
@@ -42,6 +43,7 @@ class RawClip:
     unit: str = ""
     up: str = ""
     up_name: str = "the vertical axis"
+    usual_up: str = "z"
     first_frame: int = 1
     computed: frozenset[str] = frozenset()
     earlier: frozenset[str] = frozenset()

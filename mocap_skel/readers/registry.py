@@ -19,15 +19,13 @@ from mocap_skel.readers.raw import RawClip
 HEAD = 1 << 18
 """Bytes of a file that a sniff gets; all of a shorter file."""
 
-_EXPORT = "export C3D from the program that recorded it"
 # What people give for a clip, by the ends of the names, what it is, and what to do instead. A format that
 # registers one of the suffixes goes before.
 _OTHERS = (
-    ((".trc",), "TRC is not read yet", _EXPORT),
-    ((".csv", ".tsv", ".txt", ".xlsx"), "tables are not read yet", _EXPORT),
+    ((".xlsx", ".xls", ".ods"), "a spreadsheet", "save its table as CSV"),
     ((".bvh", ".fbx", ".glb", ".gltf", ".amc", ".asf", ".mot", ".osim"),
      "it holds a skeleton, no markers", "give the C3D file of the markers it was made from"),
-    ((".gz", ".zip", ".7z", ".rar", ".xz", ".bz2"), "a packed file", "unpack it first"),
+    ((".zip", ".7z", ".rar", ".xz", ".bz2"), "a packed file", "unpack it first, or pack it with gzip"),
 )  # fmt: skip
 
 Sniff = Callable[[bytes], bool | None]
@@ -121,9 +119,10 @@ def format_of(path: Path) -> Format:
         return found[0]
     if not called:
         _refuse_by_suffix(path)
-    suffixes = [suffix for entry in told for suffix in entry.suffixes]
-    hint = None if called else f"mocap-skel reads {_either(suffixes)}"
-    raise ClipError(f"not a {_either([entry.name for entry in called or told])} file", hint)
+    if called:
+        raise ClipError(f"not a {_either([entry.name for entry in called])} file")
+    suffixes = sorted({suffix for entry in told for suffix in entry.suffixes})
+    raise ClipError("no kind of file that mocap-skel reads", f"it reads {_either(suffixes)}")
 
 
 def _refuse_by_suffix(path: Path) -> None:

@@ -113,7 +113,7 @@ class TestResample:
             (["{clip}"], 2, "--assoc is missing"),
             (["{clip}", "--assoc", "cmuu"], 2, "did you mean cmu?"),
             (["gone.c3d", "--assoc", "cmu"], 3, "gone.c3d: No such file"),
-            (["--assoc", "cmu"], 2, "Missing argument 'CLIP.c3d'"),
+            (["--assoc", "cmu"], 2, "Missing argument 'CLIP'"),
             (["{clip}", "--assoc", "cmu", "--passes", "0"], 2, "'--passes': 0 is not in the range"),
             (["{clip}", "--assoc", "cmu", "--levels", "101"], 2, "101 is not in the range"),
             (["{clip}", "--assoc", "cmu", "--workers", "0"], 2, "0 is not in the range"),

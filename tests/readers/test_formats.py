@@ -8,9 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
-import zlib
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -18,13 +16,14 @@ from c3d_bytes import c3d_file, cloud
 from recordings import ROOT, SAMPLES
 
 from mocap_skel import readers
-from mocap_skel.errors import CallError, ClipError, refusals
+from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers import read_clip, registry
 from mocap_skel.readers.formats.c3d import with_ezc3d
 
 PAGE = (ROOT / "docs" / "formats.md").read_text()
 # The module of the page that says how a format is added.
 (TOY,) = re.findall(r"```python\n(.*?)```", PAGE[PAGE.index("## Adding an input") :], re.S)
+ALL = "it reads .c3d, .csv, .gz, .toy, .trc, .tsv or .txt"
 CONTENT = "TOY 50 cm\nAnn:LFHD Ann:RFHD C7\n100 0 0 200 0 0 0 0 0\n100 1 0 nan nan nan 0 50 150\n"
 
 
@@ -111,52 +110,39 @@ def test_the_content_wins_over_the_suffix(tmp_path, toy):
         ("walk.toy", "not a TOY file", None),
         ("walk.TOY", "not a TOY file", None),
         ("walk.c3d", "not a C3D file", None),
-        ("walk.xyz", "not a C3D or TOY file", "mocap-skel reads .c3d or .toy"),
-        ("walk", "not a C3D or TOY file", "mocap-skel reads .c3d or .toy"),
+        ("walk.xyz", "no kind of file that mocap-skel reads", ALL),
+        ("walk", "no kind of file that mocap-skel reads", ALL),
     ],
 )
 def test_what_no_format_knows_is_told_with_those_that_there_are(tmp_path, toy, name, message, hint):
     path = tmp_path / name
-    path.write_text("PathFileType\t4\t(X/Y/Z)\n")
+    path.write_text("what is this?\n")
     with pytest.raises(ClipError) as error:
         read_clip(path)
     assert (error.value.message, error.value.hint) == (f"{path}: {message}", hint)
 
 
 def test_where_the_first_bytes_do_not_tell_the_suffix_does(tmp_path, toy):
-    @registry.register("table", suffixes=(".csv", ".txt"), sniff=lambda head: None)
+    @registry.register("table", suffixes=(".tab", ".list"), sniff=lambda head: None)
     def read(path, salvage):
         return registry.RawClip(cloud(), ("A", "B", "C"), 100.0, "mm")
 
-    for name in ("a.csv", "b.TXT"):
+    for name in ("a.tab", "b.LIST"):
         (tmp_path / name).write_text("A,B,C\n")
         assert read_clip(tmp_path / name).labels == ("A", "B", "C")
     (tmp_path / "c.dat").write_text("A,B,C\n")
-    with pytest.raises(ClipError, match="not a C3D, TOY or table file"):
+    with pytest.raises(ClipError, match="no kind of file that mocap-skel reads"):
         read_clip(tmp_path / "c.dat")
     # A table that begins as C3D files do is none, and one called .c3d is nothing else.
     words = "XPelvis,YPelvis,ZPelvis\n" + "1.0,2.0,3.0\n" * 100
-    (tmp_path / "d.csv").write_text(words)
+    (tmp_path / "d.tab").write_text(words)
     (tmp_path / "e.c3d").write_text(words)
-    assert read_clip(tmp_path / "d.csv").labels == ("A", "B", "C")
+    assert read_clip(tmp_path / "d.tab").labels == ("A", "B", "C")
     with pytest.raises(ClipError, match="no parameters in block 88"):
         read_clip(tmp_path / "e.c3d")
 
 
-def test_a_packed_file_is_one_more_format(tmp_path, toy):
-    @registry.register(
-        "gzip",
-        suffixes=(".gz",),
-        sniff=lambda head: head.startswith(b"\x1f\x8b"),
-        refuses=refusals((EOFError, zlib.error), "a damaged gzip file"),
-        salvages=True,
-    )
-    def read(path, salvage):
-        with TemporaryDirectory() as folder, gzip.open(path) as packed:
-            inside = Path(folder) / path.stem
-            inside.write_bytes(packed.read())
-            return registry.read_raw(inside, salvage)
-
+def test_a_packed_file_is_as_its_content(tmp_path):
     path = tmp_path / "still.c3d.gz"
     packed = gzip.compress((SAMPLES / "nearly_still.c3d").read_bytes())
     path.write_bytes(packed)

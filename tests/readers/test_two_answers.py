@@ -114,17 +114,15 @@ def test_a_file_of_rotations_only_says_so(path):
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("walk.trc", "TRC is not read yet"),
-        ("walk.CSV", "tables are not read yet"),
-        ("walk.tsv", "tables are not read yet"),
+        ("walk.XLSX", "a spreadsheet"),
         ("walk.bvh", "it holds a skeleton, no markers"),
         ("walk.fbx", "it holds a skeleton, no markers"),
-        ("walk.c3d.gz", "a packed file"),
+        ("walk.c3d.zip", "a packed file"),
     ],
 )
 def test_other_files_are_told_what_to_do_instead(tmp_path, name, says):
     path = tmp_path / name
-    path.write_text("PathFileType\t4\t(X/Y/Z)\n")
+    path.write_text("HIERARCHY\n")
     with pytest.raises(CallError, match=f"{name}: {says}") as error:
         read_clip(path)
     assert error.value.hint

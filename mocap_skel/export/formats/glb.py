@@ -39,9 +39,10 @@ def write(fit: SkeletonFit, options: GlbOptions, source: Source) -> Rendered:
         MissingExtraError: pygltflib is not installed.
     """
     from mocap_skel.export.gltf import glb
+    from mocap_skel.text import stem
 
     rigs, notes = rigs_of(fit, options, "y")
-    title = f"{source.path.stem} {fit.subject}".strip()
+    title = f"{stem(source.path)} {fit.subject}".strip()
     files: dict[str, str | bytes] = {
         f"{part}.glb": glb(rig, fit.rate, title=title, mesh=not options.no_body)
         for part, rig in rigs.items()

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from mocap_skel.export.animated import Tracks
 from mocap_skel.export.registry import Rendered, Source, option, register, vertical
-from mocap_skel.text import listed
+from mocap_skel.text import listed, stem
 
 if TYPE_CHECKING:
     from mocap_skel.clip import Clip
@@ -62,7 +62,7 @@ def write(fit: SkeletonFit, options: TrcOptions, source: Source) -> Rendered:
     notes += [f"TRC: {note}" for note in made]
     if changed:
         notes.append(f"TRC: markers whose name a joint has get a number: {listed(changed)}")
-    name = f"{Path(fit.clip).stem}{SUFFIX}"
+    name = f"{stem(Path(fit.clip))}{SUFFIX}"
     return Rendered({SUFFIX: _text(fit, name, list(tracks), values)}, tuple(notes))
 
 
@@ -72,12 +72,12 @@ def _add_markers(tracks: dict[str, Array], clip: Clip, subject: str) -> list[str
     for column, (label, whose) in enumerate(zip(clip.labels, clip.subjects, strict=True)):
         if whose != subject:
             continue
-        title = stem = _one_word(label)
+        title = plain = _one_word(label)
         number = 2
         while title in tracks:
-            title = f"{stem}_{number}"
+            title = f"{plain}_{number}"
             number += 1
-        if title != stem:
+        if title != plain:
             changed.append(title)
         tracks[title] = clip.points[:, column]
     return changed
