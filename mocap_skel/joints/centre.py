@@ -19,7 +19,7 @@ from mocap_skel.joints.priors import Expected
 from mocap_skel.joints.samples import JointSamples, gather
 from mocap_skel.joints.skin import skin_error
 from mocap_skel.joints.sphere import Sphere, fit_markers
-from mocap_skel.joints.verdicts import Verdict, by_movement, by_numbers, worst
+from mocap_skel.joints.verdicts import LEAST_SPREAD, Verdict, by_movement, by_numbers, worst
 from mocap_skel.segments.pose import Array
 
 
@@ -42,6 +42,8 @@ class PriorKnowledge:
         return self if self.pooled is None else replace(self, pooled=self.pooled[markers])
 
 
+# However little a joint moves, so much of its information is left: no covariance is without bounds.
+LEAST_SHOWN = 1e-4
 _AS_SUITS = Estimation()
 _NOTHING = PriorKnowledge()
 
@@ -115,8 +117,11 @@ def _posterior(sphere: Sphere, motion: Estimate, known: PriorKnowledge) -> Poste
         # The frame turns as nobody sees, and the markers in it with it.
         found = found.widened(sphere.evidence.reach**2 * np.eye(3))
     if known.expected is not None:
-        # A pure fit stays what it is; only a centre that is combined is moved.
-        found = with_shared_point(found.moved(skin.shift), sphere.evidence.shared, skin.slide)
+        # A pure fit stays what it is; only a centre that is combined is averaged.
+        found = with_shared_point(found, sphere.evidence.shared, skin.slide)
+        # Skin on a person who stands still moves the markers too, and shows nothing of the joint.
+        moved = (sphere.weakest_sd / LEAST_SPREAD) ** 2
+        found = Estimate(found.centre, found.covariance / np.clip(moved, LEAST_SHOWN, 1.0))
     return combine(found, known.expected)
 
 
@@ -146,5 +151,6 @@ def _result(
         share=found.share,
         landmarks=() if expected is None else expected.landmarks,
         source="" if expected is None else expected.source,
+        anatomy=None if expected is None else expected.mean,
         evidence=sphere.seen.own,
     )

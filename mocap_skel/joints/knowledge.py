@@ -68,12 +68,8 @@ def expected_in(
 
 
 def _shared(segment: Segment, parent: Placed, prepared: Prepared) -> SharedPoint | None:
-    """The point of a segment's own shape that stays in its parent.
-
-    Not for a ball joint: there it follows the skin's turns about the bone, which a marker's distance
-    from the centre does not feel.
-    """
-    if segment.name not in prepared.shapes or segment.looseness <= 1:
+    """The point of a segment's own shape that stays in its parent."""
+    if segment.name not in prepared.shapes:
         return None
     return shared_point(parent.pose, prepared.shapes[segment.name][1])
 

@@ -62,7 +62,7 @@ def with_shared_point(motion: Estimate, shared: SharedPoint | None, slide: float
     if shared is None or not shared.residual > 0:
         return motion
     values, axes = np.linalg.eigh(shared.turns)
-    known = (axes * (values / (shared.residual + slide * values))) @ axes.T
+    known = (axes * (values / (shared.residual / shared.places + slide * values))) @ axes.T
     first = np.linalg.inv(motion.covariance)
     both = np.linalg.inv(0.5 * (first + known))
     return Estimate(both @ (0.5 * (first @ motion.centre + known @ shared.centre)), both)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from mocap_skel.joints.sphere import Sphere
+from mocap_skel.joints.two_sided import places_of
 from mocap_skel.segments.pose import Array
 
 # `benchmarks/coverage.py` prints how often the truth lies within the errors that follow from these numbers.
@@ -18,11 +19,9 @@ SLIDE = 7.5
 # Metres a radian for each metre of reach: skin of a limb of 30 cm goes some centimetre while its joint turns
 # by 90 degrees (Leardini 2005), also where a motion is too small to show any of it.
 USUAL = 0.02
-# Radians: within such a turn of the marker's direction the skin lies as before, beyond it anew.
-ALIKE = 0.4
-# Skin slides about twice as far along a bone as away from it (Cappozzo 1996), and turns the parent's frame
-# by all of it, but only the latter is seen in a radius: ratio of the variances.
-ALONG = 4.0
+# Metres along each axis: functional hips lie 11.0 mm from those of the bone seen (Fiorentino 2016), with
+# motions as wide and markers as many as a laboratory has them.
+FLOOR = 0.011 / np.sqrt(3.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +30,10 @@ class Skin:
 
     Attributes:
         covariance: (3, 3), m².
-        shift: (3,), metres, what the middle of the possible noise levels would move the centre by.
         slide: variance of the slide in proportion to the angle, m².
     """
 
     covariance: Array
-    shift: Array
     slide: float
 
 
@@ -74,10 +71,35 @@ def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
     axes = solved @ axes
     unseen = seen.skin + hidden * float(np.trace(seen.cap))
     known = np.maximum(values, 0.0) * seen.places / unseen + 1.0 / seen.reach**2
-    shift = _noise_shift(seen)
-    slide = looseness**2 * (SLIDE**2 * seen.skin / seen.places + hidden)
-    covariance = (axes / known) @ axes.T + np.outer(shift, shift)
-    return Skin(covariance + slide * np.eye(3), shift, slide)
+    part = (axes / known) @ axes.T
+    if looseness > 1.0:
+        slide = looseness**2 * (SLIDE**2 * seen.skin / seen.places + hidden)
+    else:
+        part = _of_markers(seen, part)
+        slide = FLOOR**2
+    return Skin(part + slide * np.eye(3), slide)
+
+
+def _of_markers(seen: _Directions, part: Array) -> Array:
+    """(3, 3), m²: the error by how far the markers contradict each other, each one draw of skin."""
+    sphere = seen.sphere
+    count = len(sphere.weights)
+    if count < 2:
+        return part
+    moments, noise = sphere.evidence.moments, sphere.noise
+    weight = sphere.weights * sphere.evidence.freedom
+    solved = sphere.solved
+    third = moments.third - (sphere.fit.sigma**2) * sphere.evidence.skew
+    push = weight[:, None] * (
+        np.einsum("pij,pj->pi", seen.moved, sphere.away) + 0.5 * third
+    ) @ solved
+    system = solved.T @ np.einsum("p,pij->ij", weight, seen.moved) @ solved
+    each = count / (count - 1.0) * push.T @ push
+    values, axes = np.linalg.eigh(system)
+    values = np.maximum(values, np.finfo(float).eps * max(values[-1], np.finfo(float).tiny))
+    inverse = (axes / values) @ axes.T
+    apart = solved @ (inverse * (np.trace(inverse @ each) / len(values))) @ solved.T
+    return part / count + (1.0 - 1.0 / count) * apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,9 +155,7 @@ class _Directions:
         axis = middle / length if length > 0 else middle
         across = np.eye(3) - np.outer(axis, axis)
         spread = np.linalg.eigvalsh(across @ self.cap @ across)[1:]
-        # √12 standard deviations are the whole width of an even distribution.
-        width = np.sqrt(12.0 * np.maximum(spread, 0.0))
-        return float(np.prod(np.maximum(width / ALIKE, 1.0)))
+        return places_of(spread)
 
 
 def _hidden_slide(seen: _Directions) -> float:
@@ -149,19 +169,3 @@ def _hidden_slide(seen: _Directions) -> float:
     usual = (USUAL * seen.reach / seen.places**2) ** 2
     concealed = SLIDE**2 * float(seen.share @ (seen.sphere.variance * unnoticed))
     return usual * concealed / max(usual + concealed, np.finfo(float).tiny)
-
-
-def _noise_shift(seen: _Directions) -> Array:
-    """(3,): where the centre goes when half of the skin is taken away as noise too.
-
-    Nobody knows how much of skin is noise, between none and all of it: the middle. To first order
-    (C - N - ΔN)(c - x̄) = ½ S.
-    """
-    leverage = seen.sphere.evidence.leverage
-    extra = 0.5 * (seen.smooth[:, None, None] * np.eye(3) + ALONG * seen.skin * leverage)
-    system, more = (np.einsum("p,pij->ij", seen.share, m) for m in (seen.moved, extra))
-    push = seen.part @ np.einsum("p,pij,pj->i", seen.share, extra, seen.sphere.away)
-    values, axes = np.linalg.eigh(seen.part @ system @ seen.part)
-    # No farther than to the markers, however little is left of a direction.
-    least = np.einsum("ik,ij,jk->k", axes, more, axes)
-    return np.asarray(-axes @ ((axes.T @ push) / np.maximum(values, least + np.finfo(float).tiny)))
