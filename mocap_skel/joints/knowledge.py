@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from mocap_skel.figure.skeleton import Segment
 from mocap_skel.joints.calibration import Pooled, Template, pooled_evidence, template_of
+from mocap_skel.joints.hinge import Turning, turning
 from mocap_skel.joints.priors import Expected, Surroundings, expected_joint
 from mocap_skel.joints.samples import LEAST_SAMPLES
 from mocap_skel.joints.segment_pose import Placed
@@ -63,7 +66,15 @@ def expected_in(
         found = sphere_moments(inside[:, [columns.index(m) for m in markers]].mean(axis=1))
         return found if found.count >= LEAST_SAMPLES else None
 
-    around = Surroundings(parent.template, parent.posed.joint, lower, task.size)
+    def turn(markers: tuple[str, ...]) -> Turning | None:
+        hinge = segment.freedom == "hinge" and segment.name in prepared.shapes
+        if not hinge or not all(m in columns for m in markers):
+            return None
+        far = inside[:, [columns.index(m) for m in markers]].mean(axis=1)
+        middle = np.mean(list(parent.template.values()), axis=0)
+        return turning(parent.pose, prepared.shapes[segment.name][1], far, middle)
+
+    around = Surroundings(parent.template, parent.posed.joint, lower, task.size, turn)
     return expected_joint(segment.priors, task.skeleton.landmarks, around)
 
 

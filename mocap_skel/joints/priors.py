@@ -13,7 +13,7 @@ import numpy as np
 
 from mocap_skel.figure.prior_tables import Prior, Shift
 from mocap_skel.figure.skeleton import Skeleton
-from mocap_skel.joints.hinge import inward
+from mocap_skel.joints.hinge import Turning, axis_inward
 from mocap_skel.segments.pose import Array
 from mocap_skel.spherefit import Moments
 
@@ -49,12 +49,14 @@ class Surroundings:
         upper: (3,), the parent's own joint towards its parent; None for the root.
         lower: markers of the child → the moments of their mean; None where they are not seen together.
         size: the subject's, 1 for a person of 1.75 m.
+        turn: markers of the child far down it → how it turned in the parent; None where it has no pose.
     """
 
     places: Mapping[str, Array]
     upper: Array | None
     lower: Callable[[tuple[str, ...]], Moments | None]
     size: float
+    turn: Callable[[tuple[str, ...]], Turning | None] = lambda _: None
 
 
 def subject_size(skeleton: Skeleton, distance: Callable[[str, str], float | None]) -> float:
@@ -103,16 +105,19 @@ def expected_joint(
     for prior in priors:
         found = _mean(prior, landmarks, around)
         if found is not None:
-            mean, used = found
+            mean, used, unsure = found
             sd = prior.sd * around.size
-            return Expected(mean, sd**2 * np.eye(3), used, prior.source)
+            return Expected(mean, sd**2 * np.eye(3) + unsure, used, prior.source)
     return None
 
 
 def _mean(
     prior: Prior, landmarks: Mapping[str, Sequence[Sequence[str]]], around: Surroundings
-) -> tuple[Array, tuple[str, ...]] | None:
-    """The place (3,) that a prior says, and the markers that it rests on; None if one is missing."""
+) -> tuple[Array, tuple[str, ...], Array] | None:
+    """The place (3,) that a prior says, the markers that it rests on, and what its axis adds to its covariance.
+
+    None if a landmark is missing.
+    """
     used: dict[str, None] = {}
 
     def place(name: str) -> Array | None:
@@ -126,17 +131,19 @@ def _mean(
     if not points or any(p is None for p in points):
         return None
     mean = np.mean([p for p in points if p is not None], axis=0)
-    total = np.zeros(3)
+    total, unsure = np.zeros(3), np.zeros((3, 3))
     for shift in prior.shifts:
-        step = (
-            _hinge_step(shift, mean, place, around)
-            if shift.hinge
-            else _landmark_step(shift, place, around)
-        )
+        if shift.hinge:
+            inward = _hinge_step(shift, mean, place, around)
+            if inward is None:
+                return None
+            total, unsure = total + inward[0], unsure + inward[1]
+            continue
+        step = _landmark_step(shift, place, around)
         if step is None:
             return None
         total = total + step
-    return mean + total, tuple(used)
+    return mean + total, tuple(used), unsure
 
 
 def _landmark_step(
@@ -159,22 +166,30 @@ def _landmark_step(
 
 def _hinge_step(
     shift: Shift, marker: Array, place: Callable[[str], Array | None], around: Surroundings
-) -> Array | None:
-    """A shift (3,) inward from a marker beside a hinge; None if a bone's end is missing or all is in line."""
+) -> tuple[Array, Array] | None:
+    """A shift (3,) inward from a marker beside a hinge, and its covariance (3, 3), m².
+
+    None if a bone's end is missing or all is in line, and no turn tells the axis.
+    """
     lower, upper, aside = around.lower(shift.toward), around.upper, 0.0
+    if lower is None:
+        return None
     if upper is None:
         stand_ins = [place(name) for name in shift.upper]
         known = [p for p in stand_ins if p is not None]
         if known and len(known) == len(stand_ins):
             upper, aside = np.mean(known, axis=0), shift.aside
-    if lower is None or upper is None:
+    turn = around.turn(shift.toward)
+    shown = turn is not None and turn.shown
+    if upper is None and not shown:
         return None
-    direction = inward(
-        marker - upper, lower.mean - marker, shift, around.size, lower.covariance, aside
+    above = None if upper is None else marker - upper
+    direction, error = axis_inward(
+        above, lower.mean - marker, shift, around.size, lower.covariance, aside, turn
     )
     # Inward is square to the bone but for the joint's depth; where marker, joints and bones are all in line,
     # nothing says which way it is.
-    along = abs(float(direction @ (marker - upper)))
-    if not along < MOST_ALONG * np.linalg.norm(marker - upper):
+    if above is not None and not abs(float(direction @ above)) < MOST_ALONG * np.linalg.norm(above):
         return None
-    return np.asarray(direction * shift.by * around.size)
+    depth = shift.by * around.size
+    return direction * depth, error * depth**2
