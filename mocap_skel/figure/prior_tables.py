@@ -27,6 +27,8 @@ class Shift:
         beside: for a hinge: metres by which these lie beside the bone, on the landmark's side.
         upper: for a hinge: landmarks that stand for the bone's upper joint if the parent is the root, which has none.
         aside: for a hinge: metres by which these lie beside the bone, on the landmark's side.
+        straight: for a hinge: two markers of the figure; the line from the first to the second points inward
+            while the limb hangs straight.
     """
 
     line: tuple[str, ...] = ()
@@ -39,6 +41,7 @@ class Shift:
     beside: float = 0.0
     upper: tuple[str, ...] = ()
     aside: float = 0.0
+    straight: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -98,13 +101,14 @@ def _shift(entry: Any, places: Places, i: int) -> Shift:
     entry = is_a(entry, dict, here, "shift: a list of tables")
     known = {
         "line", "across", "hinge", "ratio", "of", "by", "toward", "beside", "upper", "aside",
+        "straight",
     }  # fmt: skip
     known_keys(entry, known, places, i, "prior.shift.")
     points = {
         key: names(entry.get(key, []), places, i, f"prior.shift.{key}")
-        for key in ("line", "across", "of", "toward", "upper")
+        for key in ("line", "across", "of", "toward", "upper", "straight")
     }
-    for key, count in (("line", 2), ("across", 4), ("of", 2)):
+    for key, count in (("line", 2), ("across", 4), ("of", 2), ("straight", 2)):
         if len(points[key]) not in (0, count):
             raise SkeletonError(f"{here}: {key} is {count} landmarks, not {list(points[key])}")
     hinge = entry.get("hinge", 0)
@@ -125,7 +129,7 @@ def _shift(entry: Any, places: Places, i: int) -> Shift:
     return Shift(
         line=points["line"], across=points["across"], of=points["of"], toward=points["toward"],
         hinge=hinge, ratio=numbers["ratio"], by=numbers["by"], beside=numbers["beside"],
-        upper=points["upper"], aside=numbers["aside"],
+        upper=points["upper"], aside=numbers["aside"], straight=points["straight"],
     )  # fmt: skip
 
 

@@ -20,6 +20,9 @@ CROSS = 0.17
 WOBBLE = 0.02
 # Radians²: a turn of less is the wobble of the poses themselves.
 SHOWN = 0.001
+# Radians: how far the way inward at the knee is from the pelvis' own line in a leg that hangs: people turn their
+# hips by 10 degrees either way in a walk (Kadaba 1990), and more when they do something else.
+STRAIGHT_ERROR = 0.35
 # A clip in which a joint moves bends it so many times independently at least, there and back twice.
 BENDS = 4.0
 
@@ -64,10 +67,10 @@ class Turning:
         return bool(values[1] - values[0] >= SHOWN)
 
     @property
-    def sure(self) -> float:
-        """How sure the sense of the bend is: the chance that it is right less that it is wrong."""
+    def clue(self) -> Array:
+        """(3,): along the axis, to the side of the bend; its length in standard deviations of that side."""
         r = min(float(np.linalg.norm(self.shortening)), 1.0 - 1e-12)
-        return float(right_less_wrong(r * np.sqrt(BENDS / (1.0 - r * r))))
+        return self.shortening * np.sqrt(BENDS / (1.0 - r * r))
 
     @property
     def error(self) -> float:
@@ -116,6 +119,7 @@ def inward(
     swing: Array | float = 0.0,
     aside: float = 0.0,
     turn: Turning | None = None,
+    straight: Array | None = None,
 ) -> Array:
     """Direction from a marker beside a hinge joint to the joint, square to the bones on both sides.
 
@@ -134,6 +138,7 @@ def inward(
         swing: (..., 3, 3) covariance of that place, m².
         aside: how far beside the bone the upper end is, 0 for a joint; metres in a person of 1.75 m.
         turn: how the lower bone turned in the upper one, where both have poses of their own.
+        straight: (..., 3), the way inward of a limb that hangs straight, not longer than 1.
 
     Returns:
         (..., 3), unit vectors; NaN where marker and joints are all in one place, or one is missing.
@@ -146,7 +151,7 @@ def inward(
     >>> inward(thigh, shank, knee, size=1.0).round(2) + 0.0
     array([0., 1., 0.])
     """
-    return axis_inward(above, below, shift, size, swing, aside, turn)[0]
+    return axis_inward(above, below, shift, size, swing, aside, turn, straight)[0]
 
 
 def axis_inward(
@@ -157,6 +162,7 @@ def axis_inward(
     swing: Array | float = 0.0,
     aside: float = 0.0,
     turn: Turning | None = None,
+    straight: Array | None = None,
 ) -> tuple[Array, Array]:
     """The direction of `inward`, and the covariance (..., 3, 3) of it, radians²; arguments as there."""
     depth, beside = shift.by * size, shift.beside * size
@@ -169,18 +175,21 @@ def axis_inward(
     form = d[..., :, None] * d[..., None, :] / BONE_ERROR**2
     form = form + (swing + s[..., :, None] * s[..., None, :]) / CARRYING_ERROR**2
     right = (aside * size - depth) * d / BONE_ERROR**2 + (depth - beside) * s / CARRYING_ERROR**2
+    if straight is not None:
+        right = right + straight / STRAIGHT_ERROR**2
+    clues = [] if straight is None else [straight / STRAIGHT_ERROR]
     if turn is not None and turn.shown:
         form = form + turn.spread / turn.error**2
-        sense, sure = shift.hinge * turn.shortening, np.full(known.shape, turn.sure)
-    else:
-        sense = shift.hinge * np.cross(d, s)
+        clues.append(shift.hinge * turn.clue)
+    if above is not None:
         with np.errstate(invalid="ignore", divide="ignore"):
             upper, lower = np.linalg.norm(d, axis=-1), np.linalg.norm(s, axis=-1)
-            bend = np.linalg.norm(sense, axis=-1) / (upper * lower)
-            wrong = np.hypot(BONE_ERROR / upper, CARRYING_ERROR / lower)
-            sure = np.nan_to_num(right_less_wrong(bend / wrong))
+            wrong = np.hypot(BONE_ERROR / upper, CARRYING_ERROR / lower) * upper * lower
+            bent = shift.hinge * np.cross(d, s) / wrong[..., None]
+        clues.append(np.where(np.isfinite(bent), bent, 0.0))
+    sense = np.asarray(sum(clues)) if clues else np.zeros(3)
     with np.errstate(invalid="ignore", divide="ignore"):
-        found, error = _of_length_one(form, right, sense, sure)
+        found, error = _of_length_one(form, right, sense)
         found = found / np.linalg.norm(found, axis=-1, keepdims=True)
     return np.where(known[..., None], found, np.nan), error
 
@@ -197,23 +206,21 @@ def right_less_wrong(away: Array | float) -> Array:
     return np.asarray(np.tanh(np.sqrt(2.0 / np.pi) * x * (1.0 + 0.044715 * x * x)))
 
 
-def _of_length_one(form: Array, right: Array, sense: Array, sure: Array) -> tuple[Array, Array]:
+def _of_length_one(form: Array, right: Array, sense: Array) -> tuple[Array, Array]:
     """The v with form v = right in the two strong directions, and what is left of length 1 in the weakest.
 
     Args:
         form: (..., 3, 3).
         right: (..., 3).
-        sense: (..., 3), to which side the weakest direction counts.
-        sure: (...), how sure that side is, 0 to 1.
+        sense: (..., 3), to which side the weakest direction counts, in standard deviations of that side.
 
     Returns:
         (..., 3), not longer than 1 where the strong directions are not; and its covariance (..., 3, 3).
     """
     values, axes = np.linalg.eigh(form)
-    weakest = axes[..., :, 0]
-    weakest = (
-        weakest * np.where(np.einsum("...i,...i->...", sense, weakest) < 0, -1.0, 1.0)[..., None]
-    )
+    side = np.einsum("...i,...i->...", sense, axes[..., :, 0])
+    weakest = axes[..., :, 0] * np.where(side < 0, -1.0, 1.0)[..., None]
+    sure = right_less_wrong(np.abs(side))
     excess = np.maximum(values[..., 1:] - values[..., :1], 1e-12 * values[..., 2:])
     strong = axes[..., :, 1:]
     rest = np.einsum(

@@ -74,7 +74,15 @@ def expected_in(
         middle = np.mean(list(parent.template.values()), axis=0)
         return turning(parent.pose, prepared.shapes[segment.name][1], far, middle)
 
-    around = Surroundings(parent.template, parent.posed.joint, lower, task.size, turn)
+    def direction(first: str, second: str) -> Array | None:
+        a, b = prepared.track(first), prepared.track(second)
+        if a is None or b is None:
+            return None
+        line = np.einsum("fij,fi->fj", parent.pose.rotation, b - a)
+        line = line[np.isfinite(line[:, 0])]
+        return np.asarray((line / np.linalg.norm(line, axis=1)[:, None]).mean(axis=0)) if len(line) else None
+
+    around = Surroundings(parent.template, parent.posed.joint, lower, task.size, turn, direction)
     return expected_joint(segment.priors, task.skeleton.landmarks, around)
 
 

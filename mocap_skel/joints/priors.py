@@ -50,6 +50,8 @@ class Surroundings:
         lower: markers of the child → the moments of their mean; None where they are not seen together.
         size: the subject's, 1 for a person of 1.75 m.
         turn: markers of the child far down it → how it turned in the parent; None where it has no pose.
+        direction: two markers of the figure → the mean (3,) of the unit vectors from the first to the second;
+            None where they are not seen.
     """
 
     places: Mapping[str, Array]
@@ -57,6 +59,7 @@ class Surroundings:
     lower: Callable[[tuple[str, ...]], Moments | None]
     size: float
     turn: Callable[[tuple[str, ...]], Turning | None] = lambda _: None
+    direction: Callable[[str, str], Array | None] = lambda _, __: None
 
 
 def subject_size(skeleton: Skeleton, distance: Callable[[str, str], float | None]) -> float:
@@ -181,11 +184,12 @@ def _hinge_step(
             upper, aside = np.mean(known, axis=0), shift.aside
     turn = around.turn(shift.toward)
     shown = turn is not None and turn.shown
+    straight = around.direction(*shift.straight) if shift.straight else None
     if upper is None and not shown:
         return None
     above = None if upper is None else marker - upper
     direction, error = axis_inward(
-        above, lower.mean - marker, shift, around.size, lower.covariance, aside, turn
+        above, lower.mean - marker, shift, around.size, lower.covariance, aside, turn, straight
     )
     # Inward is square to the bone but for the joint's depth; where marker, joints and bones are all in line,
     # nothing says which way it is.
