@@ -29,6 +29,7 @@ class Shift:
         aside: for a hinge: metres by which these lie beside the bone, on the landmark's side.
         straight: for a hinge: two markers of the figure; the line from the first to the second points inward
             while the limb hangs straight.
+        turned: for a hinge: radians by which a hanging limb turns away from that.
     """
 
     line: tuple[str, ...] = ()
@@ -42,6 +43,7 @@ class Shift:
     upper: tuple[str, ...] = ()
     aside: float = 0.0
     straight: tuple[str, ...] = ()
+    turned: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ def _shift(entry: Any, places: Places, i: int) -> Shift:
     entry = is_a(entry, dict, here, "shift: a list of tables")
     known = {
         "line", "across", "hinge", "ratio", "of", "by", "toward", "beside", "upper", "aside",
-        "straight",
+        "straight", "turned",
     }  # fmt: skip
     known_keys(entry, known, places, i, "prior.shift.")
     points = {
@@ -122,14 +124,17 @@ def _shift(entry: Any, places: Places, i: int) -> Shift:
         )
     numbers = {
         key: number(entry.get(key, 0.0), here, f"{key} is a number")
-        for key in ("ratio", "by", "beside", "aside")
+        for key in ("ratio", "by", "beside", "aside", "turned")
     }
     if hinge and not numbers["by"] > 0:
         raise SkeletonError(f"{here}: a shift along a hinge needs its length in metres, by = ...")
+    if points["straight"] and not numbers["turned"] > 0:
+        raise SkeletonError(f"{here}: straight needs how far it may be off in radians, turned = ...")
     return Shift(
         line=points["line"], across=points["across"], of=points["of"], toward=points["toward"],
         hinge=hinge, ratio=numbers["ratio"], by=numbers["by"], beside=numbers["beside"],
         upper=points["upper"], aside=numbers["aside"], straight=points["straight"],
+        turned=numbers["turned"],
     )  # fmt: skip
 
 

@@ -20,9 +20,6 @@ CROSS = 0.17
 WOBBLE = 0.02
 # Radians²: a turn of less is the wobble of the poses themselves.
 SHOWN = 0.001
-# Radians: how far the way inward at the knee is from the pelvis' own line in a leg that hangs: people turn their
-# hips by 10 degrees either way in a walk (Kadaba 1990), and more when they do something else.
-STRAIGHT_ERROR = 0.35
 # A clip in which a joint moves bends it so many times independently at least, there and back twice.
 BENDS = 4.0
 
@@ -176,8 +173,8 @@ def axis_inward(
     form = form + (swing + s[..., :, None] * s[..., None, :]) / CARRYING_ERROR**2
     right = (aside * size - depth) * d / BONE_ERROR**2 + (depth - beside) * s / CARRYING_ERROR**2
     if straight is not None:
-        right = right + straight / STRAIGHT_ERROR**2
-    clues = [] if straight is None else [straight / STRAIGHT_ERROR]
+        right = right + straight / shift.turned**2
+    clues = [] if straight is None else [straight / shift.turned]
     if turn is not None and turn.shown:
         form = form + turn.spread / turn.error**2
         clues.append(shift.hinge * turn.clue)
