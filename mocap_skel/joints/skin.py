@@ -19,9 +19,11 @@ SLIDE = 7.5
 # Metres a radian for each metre of reach: skin of a limb of 30 cm goes some centimetre while its joint turns
 # by 90 degrees (Leardini 2005), also where a motion is too small to show any of it.
 USUAL = 0.02
-# Metres along each axis: functional hips lie 11.0 mm from those of the bone seen (Fiorentino 2016), with
-# motions as wide and markers as many as a laboratory has them.
-FLOOR = 0.011 / np.sqrt(3.0)
+# The same for a ball joint, whose markers tell by how far they contradict each other what a slide in proportion to
+# the turn makes of them one by one; this is what they all have in common, in metres for each metre of slide that
+# leaves a residual. Functional hips on skin lie 11 mm from the bone's, 6.4 mm along each axis (Fiorentino 2016), and
+# markers in such trials leave 2.7 mm.
+COMMON = 2.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +78,7 @@ def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
         slide = looseness**2 * (SLIDE**2 * seen.skin / seen.places + hidden)
     else:
         part = _of_markers(seen, part)
-        slide = FLOOR**2
+        slide = COMMON**2 * seen.skin + hidden
     return Skin(part + slide * np.eye(3), slide)
 
 
