@@ -2,7 +2,7 @@
 
     python benchmarks/rig_quality.py [CLIP.c3d ...]
 
-One line a subject: milliseconds a frame for the rigid fit, root mean square of the markers, the fastest turn of a joint, frames
+One line a subject: milliseconds a frame for the rigid fit, root mean square of the markers with both kinds of rig, the fastest turn of a joint, frames
 that had to be slowed, how far hinges stray from their axis, skating of standing soles (of their markers, free, locked), and how
 far standing soles are from the floor.
 """
@@ -21,11 +21,12 @@ from mocap_skel.rig.animation import Animation, Choice, animate
 from mocap_skel.rig.blocks import apply
 from mocap_skel.rig.bridging import steps
 from mocap_skel.rig.feet import point_track, speed
+from mocap_skel.rig.freedoms import Hinge
 from mocap_skel.rig.model import model_of
-from mocap_skel.rig.motion import residuals, rigid_motion
+from mocap_skel.rig.motion import RigidMotion, residuals, rigid_motion
 
 ROOT = Path(__file__).parent.parent
-HEAD = "clip  frames  ms/frame  rms mm  fastest deg/s  slowed  stray deg  skate mm/s marker/free/locked  floor mm"
+HEAD = "clip  frames  ms/frame  rms mm markers/full  fastest deg/s  slowed  stray deg  skate mm/s marker/free/locked  floor mm"
 
 
 def line(name: str, fit) -> str:
@@ -33,7 +34,8 @@ def line(name: str, fit) -> str:
     motion = rigid_motion(model_of(fit), fit.rate)
     spent = perf_counter() - start
     free, locked = (animate(fit, Choice(smooth=0.0, lock=lock)) for lock in (False, True))
-    away = np.concatenate([r.ravel() for r in residuals(motion.model, motion.poses)])
+    fuller = animate(fit, Choice(smooth=0.0, even=False, full=True)).motion
+    off = [off_markers(one) for one in (motion, fuller)]
     turns = [motion.poses.local(motion.model.bones, s) for s in range(len(motion.model.segments))]
     fastest = max(np.degrees(steps(turn).max()) * fit.rate for turn in turns)
     stray = [
@@ -42,16 +44,23 @@ def line(name: str, fit) -> str:
                 np.mean(np.sum(np.cross(apply(turns[h.segment], h.below).T, h.above) ** 2, axis=1))
             )
         )
-        for h in motion.model.hinges
+        for h in motion.model.freedoms
+        if isinstance(h, Hinge)
     ]
     marker, unlocked, floor = soles(free, marked=True)
     _, held, _ = soles(locked)
     frames = motion.poses.frames
     return (
-        f"{name}  {frames}  {1e3 * spent / frames:.2f}  {1e3 * np.sqrt(np.nanmean(away**2)):.1f}  {fastest:.0f}  "
+        f"{name}  {frames}  {1e3 * spent / frames:.2f}  {off[0]:.1f}/{off[1]:.1f}  {fastest:.0f}  "
         f"{int(motion.repaired.any(axis=0).sum())}  {max(stray, default=0.0):.1f}  "
         f"{marker:.0f}/{unlocked:.0f}/{held:.0f}  {floor:.1f}"
     )
+
+
+def off_markers(motion: RigidMotion) -> float:
+    """Root mean square distance of the markers from where the figure has them, mm."""
+    away = np.concatenate([r.ravel() for r in residuals(motion.model, motion.poses)])
+    return 1e3 * float(np.sqrt(np.nanmean(away**2)))
 
 
 def soles(made: Animation, *, marked: bool = False) -> tuple[float, float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ class Clip:
         up: the file's vertical axis, "x", "y" or "z".
         left_out: labels of the points that are no markers, by the reason why.
         notes: what the reader decided about the file, one sentence each.
+        mirror: the axis that was negated when the file was read, since the file's body is mirrored; "" for none.
 
     Example:
         >>> from mocap_skel import Clip, read_clip
@@ -46,6 +47,7 @@ class Clip:
     up: str
     left_out: dict[str, tuple[str, ...]]
     notes: tuple[str, ...]
+    mirror: str = ""
 
     @property
     def frames(self) -> int:
@@ -65,6 +67,19 @@ class Clip:
     def missing(self) -> NDArray[np.float64]:
         """(markers,), the share of frames in which each marker is missing, 0 to 1."""
         return np.asarray(np.isnan(self.points[..., 0]).mean(axis=0))
+
+
+def negated(clip: Clip, axis: str) -> Clip:
+    """The clip with one axis negated, which turns a mirrored body into one as it was.
+
+    >>> from mocap_skel import read_clip
+    >>> clip = read_clip("sample_data/nearly_still.c3d")
+    >>> bool((negated(clip, "x").points[0, 0] == clip.points[0, 0] * [-1, 1, 1]).all())
+    True
+    """
+    signs = [-1.0 if name == axis else 1.0 for name in AXES]
+    note = f"{axis} is negated, as --mirror says"
+    return replace(clip, points=clip.points * signs, notes=(*clip.notes, note), mirror=axis)
 
 
 def turn_between(before: str, after: str) -> NDArray[np.float64]:

@@ -72,6 +72,10 @@ class FitError(MocapSkelError):
     """A clip to which no skeleton can be fitted."""
 
 
+class LabelError(CallError):
+    """Markers that are certainly not where the labels have them, so that nothing true can be fitted."""
+
+
 class RootError(FitError):
     """Too few markers of the figure's root are seen, so that no segment has a place.
 

@@ -12,11 +12,12 @@ import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
+from mocap_skel.figure.own_names import in_own_names
 from mocap_skel.figure.skeleton import Segment, Skeleton
 from mocap_skel.joints.calibration import Calibration, credited, digest_of
 from mocap_skel.joints.centre import PriorKnowledge, fit_centre
 from mocap_skel.joints.choices import BEST, POSES, PRIORS, Estimation, check_method
-from mocap_skel.joints.joint_fit import CentreFit, JointFit, from_anatomy, unfitted
+from mocap_skel.joints.joint_fit import CentreFit, JointFit, doubted, from_anatomy, unfitted
 from mocap_skel.joints.knowledge import JointKnowledge, expected_in, joint_knowledge
 from mocap_skel.joints.notes import fit_notes
 from mocap_skel.joints.priors import subject_size
@@ -25,10 +26,11 @@ from mocap_skel.joints.segment_pose import Placed, placed_child, placed_root
 from mocap_skel.joints.task import Task
 from mocap_skel.labels.association import Assignment
 from mocap_skel.segments.left_out import left_out, notes
+from mocap_skel.segments.misplaced import checked_columns
 from mocap_skel.segments.pose import Array
 from mocap_skel.segments.prepare import Prepared, prepare
 from mocap_skel.segments.trouble import off_sphere
-from mocap_skel.skeleton_fit import SegmentFit, SkeletonFit
+from mocap_skel.skeleton_fit import SkeletonFit, segment_fit
 from mocap_skel.spherefit import DegenerateSphereError
 from mocap_skel.text import listed
 
@@ -45,6 +47,7 @@ def fit_skeleton(
     search: bool = True,
     prior: str = "skeleton",
     calibration: Calibration | None = None,
+    trust: bool = False,
 ) -> SkeletonFit:
     """Fit a skeleton to one subject of a clip.
 
@@ -60,7 +63,8 @@ def fit_skeleton(
         noise: how it is estimated. "rigid": one level for the clip, from the rigidity of the segments.
             "matrix": a whole matrix for the clip, from the same residuals. "marker": a level for each
             marker, from its own radial residuals, and weights that go with it.
-        search: whether swapped, ghost and jumping markers are looked for; not in frames that do not follow
+        trust: fit markers that look exchanged as they are named, and a mirrored body as it is; both are said.
+        search: whether exchanged labels, swapped, ghost and jumping markers are looked for; not in frames that do not follow
             each other, where every step is a jump.
         prior: "skeleton": what the motion does not show is taken from the skeleton's priors, each direction
             by its information. "none": the motion alone, the thesis's pure fit.
@@ -69,6 +73,7 @@ def fit_skeleton(
 
     Raises:
         ValueError: no such pose, method, noise or prior, or two that do not go together.
+        LabelError: the body is mirrored, or markers of the root look exchanged.
         RootError: the root segment has no three markers that are seen together off a line.
         FitError: no joint can be fitted.
 
@@ -83,7 +88,11 @@ def fit_skeleton(
     if prior not in PRIORS:
         raise ValueError(f"prior must be one of {PRIORS}, got {prior!r}")
     check_method(method, noise, sigma, calibrated=calibration is not None)
-    prepared = prepare(clip, assignment.columns, sigma=sigma, noise=noise, search=search)
+    skeleton = in_own_names(skeleton, assignment.landmarks)
+    columns, misplaced, said = checked_columns(
+        clip, assignment.columns, skeleton, search=search, trust=trust
+    )
+    prepared = prepare(clip, columns, sigma=sigma, noise=noise, search=search)
     anatomy = prior != "none"
     size = subject_size(skeleton, prepared.distance) if anatomy else 1.0
     if calibration is not None:
@@ -108,9 +117,10 @@ def fit_skeleton(
         rate=clip.rate,
         up=clip.up,
         sigma=prepared.sigma,
-        segments={n: _segment_fit(p, skeleton, walked.prepared) for n, p in walked.placed.items()},
-        joints=walked.joints,
+        segments={n: segment_fit(p, skeleton, walked.prepared) for n, p in walked.placed.items()},
+        joints=tuple(doubted(j, misplaced.doubt(j.parent, j.child)) for j in walked.joints),
         notes=(
+            *said,
             *fit_notes(walked.joints, walked.calibrated, prepared, task),
             *walked.notes,
             *notes(trouble, prepared.samples),
@@ -327,23 +337,3 @@ def _with_a_pose(found: Placed, *said: str) -> tuple[Placed | None, tuple[str, .
     if found.posed.shape is not None:
         words = (*words, f"{found.segment.name} has no pose in any frame")
     return None, words
-
-
-def _segment_fit(found: Placed, skeleton: Skeleton, prepared: Prepared) -> SegmentFit:
-    """A segment as the result has it: a leaf has an end point, the mean of its end markers."""
-    segment, template = found.segment, found.template
-    end = None
-    if segment in skeleton.leaves and segment.parent is not None:
-        chosen = [template[m] for m in segment.ends if m in template]
-        end = np.mean(chosen or list(template.values()), axis=0)
-    names = prepared.markers(segment.name)
-    return SegmentFit(
-        name=segment.name,
-        pose=found.pose,
-        template=template,
-        joint=found.posed.joint,
-        end=end,
-        drawn_through=found.drawn_through,
-        rigid=found.rigid,
-        points=prepared.of(segment.name)[:, [names.index(m) for m in template]],
-    )

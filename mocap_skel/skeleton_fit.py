@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from mocap_skel.figure.skeleton import Skeleton
 from mocap_skel.joints.joint_fit import JointFit
+from mocap_skel.joints.segment_pose import Placed
 from mocap_skel.segments.left_out import LeftOut
 from mocap_skel.segments.pose import Array, Pose
+from mocap_skel.segments.prepare import Prepared
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +40,26 @@ class SegmentFit:
     drawn_through: tuple[str, ...] = ()
     rigid: float = 0.0
     points: Array | None = None
+
+
+def segment_fit(found: Placed, skeleton: Skeleton, prepared: Prepared) -> SegmentFit:
+    """A segment as the result has it: a leaf has an end point, the mean of its end markers."""
+    segment, template = found.segment, found.template
+    end = None
+    if segment in skeleton.leaves and segment.parent is not None:
+        chosen = [template[m] for m in segment.ends if m in template]
+        end = np.mean(chosen or list(template.values()), axis=0)
+    names = prepared.markers(segment.name)
+    return SegmentFit(
+        name=segment.name,
+        pose=found.pose,
+        template=template,
+        joint=found.posed.joint,
+        end=end,
+        drawn_through=found.drawn_through,
+        rigid=found.rigid,
+        points=prepared.of(segment.name)[:, [names.index(m) for m in template]],
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 from doc_blocks import python_of
 from figures import FRAMES, MOST, Figure, corners, figures, moving, resting
-from mocap_skel.export.bvh import bvh_text
 
+from mocap_skel.export.formats.bvh import bvh_text
 from mocap_skel.export.gltf import glb
 
 # Blender writes to standard output as it likes, so the answer goes to a file. It runs in a process of its own.
@@ -135,7 +135,7 @@ def main(calls: list[str]) -> int:
     """Compare all, print a line each, and say whether one is off."""
     worst, compared = 0.0, 0
     with tempfile.TemporaryDirectory() as folder:
-        for figure in figures(calls, ("mocap", "mixamo")):
+        for figure in figures(calls, ("mocap", "mixamo", "unreal")):
             for what, most in compare(figure, Path(folder)):
                 print(f"{what}: {1e3 * most:.4f} mm at most over {FRAMES} frames", flush=True)
                 worst, compared = max(worst, most), compared + 1

@@ -18,6 +18,8 @@ from mocap_skel.rig.kinematics import Rig, forward, rest_places
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
 CLIPS = [f"{SAMPLES}/{name}.c3d:cmu" for name in ("range_of_motion", "two_dancers", "nearly_still")]
+# Namings whose figure has the joints of the full rig.
+FULL = ("unreal",)
 FRAMES = 10
 # Metres: no program may put a joint farther from where the model has it.
 MOST = 1e-3
@@ -47,9 +49,9 @@ def figures(calls: list[str], namings=("mocap",)) -> Iterator[Figure]:
             clip = read_clip(Path(path))
             for subject in associate(clip, known):
                 fit = turned(fit_skeleton(clip, subject, known.skeleton), "y")
-                rig, segments, _ = rig_of(fit)
                 name = f"{Path(path).stem}{subject.subject and '-'}{subject.subject}"
                 for naming in namings:
+                    rig, segments, _ = rig_of(fit, rig="full" if naming in FULL else "markers")
                     called, _ = joint_names(segments, naming)
                     yield Figure(name, naming, replace(rig, names=called), fit.rate)
         except MocapSkelError as error:

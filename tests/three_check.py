@@ -148,7 +148,7 @@ def main() -> int:
     if call.pictures:
         call.pictures.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, Browser(folder, 700, 800) as browser:
-        for figure in figures(call.clips):
+        for figure in figures(call.clips, ("mocap", "unreal")):
             what, most = compare(browser, figure, script, Path(folder), call.pictures)
             print(f"{what}: {1e3 * most:.4f} mm at most over {FRAMES} frames")
             worst, compared = max(worst, most), compared + 1

@@ -1,4 +1,4 @@
-// Bundles the viewer and three.js into the one script that every page holds.
+// Bundles the scripts of both pages with three.js into the one script that such a page holds.
 import { readFile } from 'node:fs/promises';
 import { build } from 'esbuild';
 
@@ -6,7 +6,7 @@ const licence = await readFile('node_modules/three/LICENSE', 'utf8');
 const { version } = JSON.parse(await readFile('node_modules/three/package.json', 'utf8'));
 
 await build({
-  entryPoints: ['src/main.js'],
+  entryPoints: { 'viewer.bundle': 'src/pages.js' },
   bundle: true,
   minify: true,
   format: 'iife',
@@ -15,5 +15,5 @@ await build({
   charset: 'ascii',
   legalComments: 'none',
   banner: { js: `/*! three.js ${version}, bundled here in parts.\n${licence.trim()}\n*/` },
-  outfile: '../mocap_skel/report/page/viewer.bundle.js',
+  outdir: '../mocap_skel/report/page',
 });

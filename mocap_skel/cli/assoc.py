@@ -18,6 +18,10 @@ SUBCOMMANDS = {
         "assoc_check:command",
         "Check whether each marker of a clip moves with its segment.",
     ),
+    "page": (
+        "assoc_page:command",
+        "Make an HTML page on which to see and correct which marker is which.",
+    ),
     "standard": ("assoc_show:standard", "Print the standard markers: the thesis's Table 1."),
 }
 

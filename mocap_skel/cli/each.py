@@ -29,7 +29,7 @@ def run(
         job: what to do with each.
         as_json: print JSON lines, not tables.
         quiet: print no notes.
-        wide: all columns of the joint table.
+        wide: all columns of the joint table, and all segments of the rig's.
 
     Returns:
         The exit code. Without `job.folder` the one clip's result goes to standard output.
@@ -110,14 +110,21 @@ def _send(path: Path, done: Done) -> None:
 
 
 def _print_json(path: Path, done: Done) -> None:
+    from mocap_skel.results.rig_rows import RIG_TABLE, rig_rows
     from mocap_skel.results.tables import joint_rows
 
     for fit in done.fits:
         for row in joint_rows(fit):
             say(json.dumps({"clip": str(path), "subject": fit.subject, **row}, allow_nan=False))
+    for figure in done.figures:
+        about = {"table": RIG_TABLE, "formats": figure.formats}
+        for row in rig_rows(figure.quality):
+            line = {"clip": str(path), "subject": figure.subject, **about, **row}
+            say(json.dumps(line, allow_nan=False))
 
 
 def _print_tables(path: Path, done: Done, wide: bool) -> None:
+    from mocap_skel.report.rig_table import rig_table
     from mocap_skel.report.terminal import joint_table, sentence
     from mocap_skel.results.tables import joint_rows
     from mocap_skel.results.verdict import verdict
@@ -126,4 +133,7 @@ def _print_tables(path: Path, done: Done, wide: bool) -> None:
         say(joint_table(fit, str(path), wide=wide))
         for words in verdict(fit, joint_rows(fit)):
             say(sentence(words))
+        for figure in done.figures:
+            if figure.subject == fit.subject:
+                say(rig_table(figure.quality, figure.formats, wide=wide))
     say(f"wrote {', '.join(str(file) for file in done.files)}")

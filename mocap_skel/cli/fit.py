@@ -24,6 +24,9 @@ weak or no.
 Without --assoc, which label is which marker is guessed from names and motion, and said; where that
 is not sure, nothing is fitted: mocap-skel assoc guess writes the file to correct.
 
+Markers whose labels are certainly exchanged are left out and named; a body that is mirrored is not fitted:
+see --mirror and --trust-labels.
+
 Exit codes: 0 all done, 1 some clips failed, 2 wrong call or association file, 3 nothing could
 be fitted, 130 interrupted.
 """

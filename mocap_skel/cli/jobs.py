@@ -25,6 +25,7 @@ class Looked(TypedDict):
     unit: str | None
     rate: float | None
     salvage: bool
+    mirror: str | None
 
 
 class Told(Looked):
@@ -35,6 +36,7 @@ class Told(Looked):
     method: str
     noise: str
     prior: NotRequired[str]
+    trust: NotRequired[bool]
     calibration: NotRequired[Path | None]
 
 
@@ -50,7 +52,9 @@ def looked_at(path: Path, told: Looked) -> tuple[Clip, Association | None]:
 
     name = told["association"]
     association = None if name is None else read_association(name, told["skeleton"])
-    clip = read_clip(path, unit=told["unit"], rate=told["rate"], salvage=told["salvage"])
+    clip = read_clip(
+        path, unit=told["unit"], rate=told["rate"], salvage=told["salvage"], mirror=told["mirror"]
+    )
     return clip, association
 
 
@@ -80,7 +84,8 @@ def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
         association=association, calibration=calibration,
         subject=told["subject"], sigma=told["sigma"], pose=told["pose"], method=told["method"],
         noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"],
-        salvage=told["salvage"], inputs=_inputs(told, clips), **more,
+        salvage=told["salvage"], mirror=told["mirror"], trust=told.get("trust", False),
+        inputs=_inputs(told, clips), **more,
     )  # fmt: skip
 
 

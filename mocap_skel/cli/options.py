@@ -178,7 +178,9 @@ folder = click.option(
 )  # fmt: skip
 overwrite = click.option("--overwrite", is_flag=True, help="Replace result files that exist.")
 wide = click.option(
-    "--wide", is_flag=True, help="All columns of the joint table, in lines of any length."
+    "--wide",
+    is_flag=True,
+    help="All columns of the tables, and all segments of the rigid figure, in lines of any length.",
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON lines, not a table.")
 unit = click.option(
@@ -192,6 +194,14 @@ salvage = click.option(
     is_flag=True,
     help="Read the frames that are left of a clip whose file is cut off or damaged.",
 )
+mirror = click.option(
+    "--mirror", type=click.Choice(["x", "y", "z"]),
+    help="Negate this axis of the clip: for exports with a negated axis, whose bodies are mirrored.",
+)  # fmt: skip
+trust = click.option(
+    "--trust-labels", "trust", is_flag=True,
+    help="Fit the markers as they are named, though some look exchanged or the body mirrored.",
+)  # fmt: skip
 quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")
 
 
@@ -208,6 +218,6 @@ def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
 
 which = _together(association, skeleton, subject)
 pure_estimation = _together(sigma, pose, method, noise)
-estimation = _together(pure_estimation, prior, calibration)
-reading = _together(unit, rate, salvage)
+estimation = _together(pure_estimation, prior, calibration, trust)
+reading = _together(unit, rate, salvage, mirror)
 findings = _together(figures, folder, overwrite, as_json, quiet)

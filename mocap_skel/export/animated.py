@@ -12,9 +12,12 @@ from mocap_skel.export.registry import Options, Turned, option
 if TYPE_CHECKING:
     from mocap_skel.rig.animation import Animation, Choice
     from mocap_skel.rig.kinematics import Rig
+    from mocap_skel.rig.quality import Quality
     from mocap_skel.skeleton_fit import SkeletonFit
 
 AUTO = "auto"
+# Which joints the rigid figure has.
+RIGS = (MARKERS, FULL) = ("markers", "full")
 # Hertz: no filter of a person's movement makes sense below or above.
 SLOWEST, FASTEST = 0.5, 500.0
 # Seconds.
@@ -72,6 +75,15 @@ def _smooth(default: float | str) -> float | str:
     return value
 
 
+def _rig() -> str:
+    said = (
+        "joints of the rigid figure: markers = those that the markers show; full = those that animators know as "
+        "well (spine, neck, collar bones, toes), by anatomy where no marker shows them."
+    )
+    value: str = option(MARKERS, said, choices=RIGS)
+    return value
+
+
 @dataclass(frozen=True)
 class Tracks(Turned):
     """The options of a format of tracks, which may be those of the rigid figure.
@@ -80,6 +92,7 @@ class Tracks(Turned):
         rigid: tracks of the rigid figure, with constant bones and bridged gaps, not of the free fit.
         max_gap: of it, seconds for which a turn that nothing shows is bridged.
         smooth: of it, hertz of the filter, AUTO, or 0.
+        rig: of it, MARKERS or FULL.
     """
 
     rigid: bool = option(
@@ -87,18 +100,32 @@ class Tracks(Turned):
     )
     max_gap: float = _gap()
     smooth: float | str = _smooth(0.0)
+    rig: str = _rig()
 
     def fit_of(self, fit: SkeletonFit) -> tuple[SkeletonFit, tuple[str, ...]]:
         """The fit whose tracks are asked for, and notes on how they were made."""
         if not self.rigid:
-            return fit, ()
-        from mocap_skel.rig.animation import Choice, animate, animation_notes
-        from mocap_skel.rig.motion import Limits
+            said = ("--rig full is for the rigid figure: it needs --rigid here",)
+            return fit, said if self.rig == FULL else ()
+        from mocap_skel.rig.animation import animate, animation_notes
         from mocap_skel.rig.rigid_fit import rigid_fit
 
-        choice = Choice(Limits(gap=self.max_gap), smooth=self.smooth, even=False)
-        animation = animate(fit, choice)
+        animation = animate(fit, self.choice)
         return rigid_fit(fit, animation.motion), animation_notes(animation)
+
+    @property
+    def choice(self) -> Choice:
+        """The same, as the rig takes it."""
+        from mocap_skel.rig.animation import Choice
+        from mocap_skel.rig.motion import Limits
+
+        return Choice(
+            Limits(gap=self.max_gap), smooth=self.smooth, even=False, full=self.rig == FULL
+        )
+
+    def quality(self, fit: SkeletonFit) -> Quality | None:
+        """How good the rigid figure is whose tracks are asked for; None where those of the free fit are."""
+        return _quality(fit, self.choice) if self.rigid else None
 
 
 @dataclass(frozen=True)
@@ -109,6 +136,7 @@ class Animated(Options):
         max_gap: seconds for which a turn that nothing shows is bridged.
         smooth: hertz of the filter, AUTO, or 0.
         feet: "free", or "lock": each sole is held where it stands.
+        rig: which joints the figure has, MARKERS or FULL.
         asymmetric: keep the measured difference of left and right bones.
         stretches: "longest" or "all" of the stretches of frames in which the whole figure is known.
         trim: hold no pose at the clip's ends: leave those frames out.
@@ -119,6 +147,7 @@ class Animated(Options):
     max_gap: float = _gap()
     smooth: float | str = _smooth(AUTO)
     feet: str = option("free", "lock holds each sole where it stands.", choices=("free", "lock"))
+    rig: str = _rig()
     asymmetric: bool = option(
         False, "keep the measured difference of left and right bones; else they are made equal."
     )
@@ -131,8 +160,8 @@ class Animated(Options):
     trim: bool = option(False, "leave out incomplete frames at both ends, however few.")
     names: str = option(
         "mocap",
-        "joints named as in the skeleton file, as Mixamo's (mixamorig:LeftUpLeg), or as in the BVH files "
-        "of the CMU database (LeftUpLeg).",
+        "joints named as in the skeleton file, as Mixamo's (mixamorig:LeftUpLeg), as Unreal's mannequin's "
+        "(thigh_l), or as in the BVH files of the CMU database (LeftUpLeg).",
         choices=NAMINGS,
     )
     floor: bool = option(
@@ -147,7 +176,20 @@ class Animated(Options):
 
         hold = 0.0 if self.trim else Limits.hold
         limits = Limits(gap=self.max_gap, hold=hold)
-        return Choice(limits, self.smooth, self.feet == "lock", not self.asymmetric)
+        return Choice(
+            limits, self.smooth, self.feet == "lock", not self.asymmetric, self.rig == FULL
+        )
+
+    def quality(self, fit: SkeletonFit) -> Quality:
+        """How good the figure is, over all frames in which it is known."""
+        return _quality(fit, self.choice)
+
+
+def _quality(fit: SkeletonFit, choice: Choice) -> Quality:
+    from mocap_skel.rig.animation import animate
+    from mocap_skel.rig.quality import quality_of
+
+    return quality_of(animate(fit, choice))
 
 
 def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig], tuple[str, ...]]:
@@ -165,7 +207,6 @@ def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig
         ExportError: there are no two frames in a row in which the figure is known.
     """
     from mocap_skel.rig.animation import animate, animation_notes
-    from mocap_skel.rig.quality import quality_of
     from mocap_skel.rig.rigging import rig_of
 
     animation = animate(fit, options.choice)
@@ -174,8 +215,7 @@ def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig
         raise ExportError(f"{fit.clip}: no two frames in a row show a whole figure")
     chosen = sorted(stretches) if options.stretches == "all" else stretches[:1]
     notes = [
-        *_absences(fit, animation),
-        str(quality_of(animation)),
+        *absences(fit, animation),
         *animation_notes(animation),
         *_left_out(animation, chosen),
     ]
@@ -188,7 +228,7 @@ def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig
     return rigs, tuple(dict.fromkeys(notes))
 
 
-def _absences(fit: SkeletonFit, animation: Animation) -> list[str]:
+def absences(fit: SkeletonFit, animation: Animation) -> list[str]:
     """Joints and poses that the figure does not have."""
     from mocap_skel.text import listed
 

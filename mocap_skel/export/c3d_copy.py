@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.clip import Clip
+from mocap_skel.clip import AXES, Clip
 from mocap_skel.errors import ClipError, ExportError, OutputError
 from mocap_skel.export.parameters import Parameters
 from mocap_skel.readers import read_clip
@@ -84,7 +84,7 @@ def c3d_copy(
         labels, notes = _labels(fit, points, found)
         parameters = Parameters(content[found.section.start :], found.layout.machine)
         _tell(parameters, found, points, labels)
-        data, lost = _values(points, found, clip.unit)
+        data, lost = _values(points, found, clip)
         if lost:
             notes.append(f"C3D: samples that its integers cannot hold, left out: {lost}")
         if found.layout.width == 2:
@@ -186,9 +186,11 @@ def _tell(parameters: Parameters, found: Survey, points: list[_Point], labels: l
     parameters.set_number("USED", here + len(points))
 
 
-def _values(points: list[_Point], found: Survey, unit: str) -> tuple[NDArray[np.generic], int]:
+def _values(points: list[_Point], found: Survey, clip: Clip) -> tuple[NDArray[np.generic], int]:
     """(frames, points, 4) as the file has them, and how many samples its integers cannot hold."""
-    tracks = np.stack([p.track for p in points], axis=1) / (metres_in(unit) or 1.0)
+    tracks = np.stack([p.track for p in points], axis=1) / (metres_in(clip.unit) or 1.0)
+    # The copy keeps the file's own axes, so what was negated for the fit is turned back.
+    tracks = tracks * [-1.0 if axis == clip.mirror else 1.0 for axis in AXES]
     if found.layout.width == 2:
         tracks = np.round(tracks / found.scale)
     seen = np.isfinite(tracks).all(axis=2)
@@ -242,7 +244,7 @@ def _check(made: bytes, found: Survey, clip: Clip, data: NDArray[np.generic]) ->
             copy = Path(folder) / "copy.c3d"
             copy.write_bytes(made)
             try:
-                again = read_clip(copy, unit=clip.unit, rate=clip.rate)
+                again = read_clip(copy, unit=clip.unit, rate=clip.rate, mirror=clip.mirror or None)
             except ClipError as error:
                 why = error.message.removeprefix(f"{copy}: ")
                 raise ExportError(

@@ -11,28 +11,37 @@ from mocap_skel.text import listed
 if TYPE_CHECKING:
     from mocap_skel.figure.skeleton import Segment
 
-NAMINGS = ("mocap", "mixamo", "cmu")
+NAMINGS = ("mocap", "mixamo", "unreal", "cmu")
 
-# Segment → the bone that moves it, as both Mixamo's characters and the BVH files that B. Hahne made of the
-# CMU database (cgspeed.com) have it; those have more bones in spine, neck and shoulders than a fit has joints.
-_BONES = {
-    "Hips": "Hips",
-    "Chest": "Spine",
-    "Head": "Head",
+# Segment of the standard human, or joint of the full rig → the bone that moves it, as Mixamo's characters have it, as
+# Unreal's mannequin has it, and as the BVH files have it that B. Hahne made of the CMU database (cgspeed.com). A
+# joint goes before its segment: the chest turns about the lowest joint of the spine, but about the highest in a full rig.
+_NAMES = {
+    "Hips": ("Hips", "pelvis", "Hips"),
+    "Chest": ("Spine", "spine_01", "Spine"),
+    "Head": ("Head", "head", "Head"),
+    "LowerTrunk": ("Spine", "spine_01", "LowerBack"),
+    "MiddleTrunk": ("Spine1", "spine_02", "Spine"),
+    "UpperSpine": ("Spine2", "spine_03", "Spine1"),
+    "NeckBones": ("Neck", "neck_01", "Neck"),
     **{
-        segment.format(side): bone.format(side)
+        segment.format(side): tuple(
+            name.format(side, side[0].lower()) for name in (mixamo, unreal, mixamo)
+        )
         for side in ("Left", "Right")
-        for segment, bone in (
-            ("Upper{}Arm", "{}Arm"),
-            ("Lower{}Arm", "{}ForeArm"),
-            ("{}Hand", "{}Hand"),
-            ("Upper{}Leg", "{}UpLeg"),
-            ("Lower{}Leg", "{}Leg"),
-            ("{}Foot", "{}Foot"),
+        for segment, mixamo, unreal in (
+            ("{}ShoulderGirdle", "{0}Shoulder", "clavicle_{1}"),
+            ("Upper{}Arm", "{0}Arm", "upperarm_{1}"),
+            ("Lower{}Arm", "{0}ForeArm", "lowerarm_{1}"),
+            ("{}Hand", "{0}Hand", "hand_{1}"),
+            ("Upper{}Leg", "{0}UpLeg", "thigh_{1}"),
+            ("Lower{}Leg", "{0}Leg", "calf_{1}"),
+            ("{}Foot", "{0}Foot", "foot_{1}"),
+            ("{}Toes", "{0}ToeBase", "ball_{1}"),
         )
     },
 }
-_PREFIX = {"mixamo": "mixamorig:", "cmu": ""}
+_PREFIX = {"mixamo": "mixamorig:"}
 
 
 def joint_names(
@@ -56,11 +65,12 @@ def joint_names(
     own = [s.joint or s.name for s in segments]
     if naming == "mocap":
         return tuple(_apart(own)), ()
+    column, prefix = NAMINGS.index(naming) - 1, _PREFIX.get(naming, "")
+    there = [_NAMES.get(s.joint or "") or _NAMES.get(s.name) for s in segments]
     names = [
-        _PREFIX[naming] + _BONES[s.name] if s.name in _BONES else name
-        for s, name in zip(segments, own, strict=True)
+        prefix + found[column] if found else name for found, name in zip(there, own, strict=True)
     ]
-    kept = [name for s, name in zip(segments, own, strict=True) if s.name not in _BONES]
+    kept = [name for found, name in zip(there, own, strict=True) if not found]
     notes = (f"no {naming} name for {listed(kept)}; it stays",) if kept else ()
     return tuple(_apart(names)), notes
 

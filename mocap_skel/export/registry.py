@@ -20,6 +20,7 @@ from mocap_skel.extras import extra
 if TYPE_CHECKING:
     from mocap_skel.clip import Clip
     from mocap_skel.labels.association import Assignment
+    from mocap_skel.rig.quality import Quality
     from mocap_skel.skeleton_fit import SkeletonFit
 
 # The format of a call that names none; it stands first in the help.
@@ -65,6 +66,11 @@ def option(default: Any, help: str, **said: Any) -> Any:  # noqa: A002
 @dataclass(frozen=True)
 class Options:
     """What a format may be told: the base of every format's own options."""
+
+    def quality(self, fit: SkeletonFit) -> Quality | None:
+        """How good the rigid figure in the format's files is; None where there is none in them."""
+        del fit
+        return None
 
 
 def vertical(default: str | None) -> Any:

@@ -24,7 +24,7 @@ SEGMENT_KEYS = {
     "name", "parent", "joint", "markers", "ends", "prior", "looseness", "movement", "freedom",
     "sole", *REST_KEYS,
 }  # fmt: skip
-FREEDOMS = ("ball", "hinge")
+FREEDOMS = ("ball", "hinge", "universal")
 # What a joint takes from the one of its name in another file (`like`), key → attribute.
 TAKEN = {"prior": "priors", "looseness": "looseness", "movement": "movement", "freedom": "freedom"}
 
@@ -46,7 +46,8 @@ class Segment:
             of the T-pose are along the character's axes: x to its left, y up, z forward.
         rest_joint: where in the T-pose its joint lies in a parent with several joints, from the parent's joint;
             in any unit, for only the shape counts.
-        freedom: how the joint of a rigid figure turns: "ball", or "hinge" about the axis that the clip shows.
+        freedom: how the joint of a rigid figure turns: "ball", "hinge" about the axis that the clip shows, or "universal"
+            about the two axes that it shows.
         sole: markers that stand on the floor when the segment does.
         rest_axis: the axis that the joint bends about, where it is a hinge, in the T-pose.
     """

@@ -113,8 +113,9 @@ def _posterior(sphere: Sphere, motion: Estimate, known: PriorKnowledge) -> Poste
     """The centre with the error that it has, and with anatomy where there is a prior."""
     skin = skin_error(sphere, known.looseness)
     found = motion.widened(skin.covariance)
-    if sphere.seen.samples.frame.limit == "no":
-        # The frame turns as nobody sees, and the markers in it with it.
+    frame = sphere.seen.samples.frame
+    if frame.limit == "no" or (frame.by_child and known.expected is not None):
+        # The frame turns as nobody sees, or as the markers in it do.
         found = found.widened(sphere.evidence.reach**2 * np.eye(3))
     if known.expected is not None:
         # A pure fit stays what it is; only a centre that is combined is averaged.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -88,6 +88,7 @@ class JointFit(CentreFit):
         joint, parent, child: names.
         markers: the child's markers that were used.
         track: (frames, 3) the centre in the lab.
+        doubt: why the joint is not to be trusted whatever its numbers say; "" where nothing speaks against it.
     """
 
     joint: str
@@ -95,6 +96,16 @@ class JointFit(CentreFit):
     child: str
     markers: tuple[str, ...]
     track: Array
+    doubt: str = field(default="", kw_only=True)
+
+
+def doubted(joint: JointFit, doubt: str) -> JointFit:
+    """The joint, shown weakly at best, with a doubt as part of its reason; "" leaves it as it is."""
+    if not doubt or not joint.fitted:
+        return joint
+    shown = "weak" if joint.shown == "yes" else joint.shown
+    reason = f"{joint.reason}; {doubt}" if joint.reason else doubt
+    return replace(joint, shown=shown, reason=reason, doubt=doubt)
 
 
 def worst_error(covariance: Array) -> float:

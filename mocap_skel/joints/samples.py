@@ -34,11 +34,13 @@ class Frame:
         shape: the points that the frame stands on; None for one marker, a joint and an axis.
         limit: the best verdict that a joint in this frame can get.
         doubt: why it is not "yes", in plain words.
+        by_child: whether the child's own markers give its turn, so that they move in it as they have to.
     """
 
     shape: Shape | None
     limit: str = "yes"
     doubt: str = ""
+    by_child: bool = False
 
 
 @dataclass(frozen=True, eq=False)

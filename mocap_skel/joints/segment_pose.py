@@ -14,6 +14,7 @@ from mocap_skel.joints.task import Task
 from mocap_skel.segments.cases import (
     Link,
     Posed,
+    by_line,
     by_markers,
     by_markers_and_joint,
     by_one_marker,
@@ -25,6 +26,9 @@ from mocap_skel.segments.shape import Shape, median
 
 # A marker nearer to its joint than so many radial residuals shows no direction.
 NO_DIRECTION = 3.0
+# Of several markers in line with the joint, one that is seen in such a share of the frames of another may be
+# the one that the pose is of.
+OFTEN = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,35 +120,51 @@ def _own_pose(name: str, prepared: Prepared, task: Task) -> tuple[Shape, Pose]:
 def _placed_by_one(
     segment: Segment, joint: JointFit, link: Link, parent: Placed, prepared: Prepared, task: Task
 ) -> tuple[Placed, str]:
-    """A segment on one marker (or on several in line with the joint, of which the one seen most counts)."""
-    points = prepared.of(segment.name)
-    m = int(np.isfinite(points[..., 0]).sum(axis=0).argmax())
-    marker, name = points[:, m], prepared.markers(segment.name)[m]
-    distance = float(median(np.linalg.norm(marker - joint.track, axis=1)))
-    note = ""
+    """A segment on one marker, or on several in line with the joint, which show no more of its turn."""
+    points, names = prepared.of(segment.name), prepared.markers(segment.name)
+    m, distance = _guide(points, joint.track)
+    marker = points[:, m]
+    several = len(names) > 1
+    below, note = None, ""
     if distance < NO_DIRECTION * joint.residual:
         # The line from joint to marker is noise; the parent's turn is the best that is known.
         posed = turned_with(parent.pose, marker, joint.track)
-        note = (
-            f"{segment.name} turns with {joint.parent}: its one marker is no farther from "
-            f"{joint.joint} than noise"
-        )
+        which = "none of its markers is" if several else "its one marker is no"
+        note = f"{segment.name} turns with {joint.parent}: {which} farther from {joint.joint} than noise"
     else:
-        below = _hinge_below(segment, marker, joint.track, prepared, task)
+        below = _hinge_below(segment, joint.track, prepared, task)
         if below is not None:
             link = Link(joint.track, below, hinge=True)
         posed = by_one_marker(marker, link, distance)
+    if several:
+        posed = by_line(points, m, posed, link)
+    which = f"markers in line with {joint.joint}" if several else "one marker"
     frame = (
-        Frame(None, "weak", f"{segment.name} stands on one marker")
+        Frame(
+            None,
+            "weak",
+            f"{segment.name} stands on {which}",
+            by_child=several and below is not None,
+        )
         if link.hinge
-        else Frame(None, "no", f"the turn of {segment.name} is not seen: one marker")
+        else Frame(None, "no", f"the turn of {segment.name} is not seen: {which}")
     )
-    return Placed(segment, (name,), posed, frame), note
+    return Placed(segment, names, posed, frame), note
 
 
-def _hinge_below(
-    segment: Segment, marker: Array, joint: Array, prepared: Prepared, task: Task
-) -> Array | None:
+def _guide(points: Array, joint: Array) -> tuple[int, float]:
+    """The marker that shows best where the line from the joint points to, and its distance from there, metres.
+
+    The farthest one of those that are seen in nearly as many frames as any.
+    """
+    seen = np.isfinite(points[..., 0]).sum(axis=0)
+    away = median(np.ascontiguousarray(np.linalg.norm(points - joint[:, None], axis=2).T))
+    often = np.nan_to_num(np.where(seen >= OFTEN * seen.max(), away, -1.0), nan=-1.0)
+    m = int(often.argmax())
+    return m, float(away[m])
+
+
+def _hinge_below(segment: Segment, joint: Array, prepared: Prepared, task: Task) -> Array | None:
     """The axis (frames, 3) of the hinge at a segment's other end; None where anatomy has none there.
 
     It is fixed in the segment, and the lower bone shows it, as the segment's own marker cannot.
@@ -155,6 +175,7 @@ def _hinge_below(
         found = hinge_shift(child.priors) if child.parent == segment.name else None
         if found is None or found[0] not in prepared.markers(segment.name):
             continue
+        marker = prepared.of(segment.name)[:, prepared.markers(segment.name).index(found[0])]
         ends = [prepared.track(name) for name in found[1].toward]
         known = [end for end in ends if end is not None]
         if len(known) == len(ends):

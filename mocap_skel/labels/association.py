@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from glob import escape
 from pathlib import Path
@@ -13,6 +13,7 @@ from pathlib import Path
 from mocap_skel.clip import Clip
 from mocap_skel.errors import AssociationError, CallError, ClipError, SkeletonError, ours
 from mocap_skel.figure.skeleton import STANDARD, Skeleton, read_skeleton
+from mocap_skel.labels.landmarks import exchanged, own_names, segment_of_landmark
 from mocap_skel.text import counted, listed, nearest, read_text
 
 _PACKAGE = Path(__file__).parents[1]
@@ -53,6 +54,7 @@ class Association:
         skeleton: the figure whose markers and segments it names.
         rules: its lines, in their order.
         ignored: shell patterns of the labels that it leaves out on purpose.
+        figure: the skeleton as `@skeleton` names it.
 
     >>> read_association("right_leg").skeleton.joints
     ('RightKnee', 'RightAnkle')
@@ -62,6 +64,7 @@ class Association:
     skeleton: Skeleton
     rules: tuple[Rule, ...]
     ignored: tuple[str, ...]
+    figure: str = STANDARD
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,8 @@ class Assignment:
         absent: rules of the association file whose label the clip does not have.
         unmatched: labels of the clip's subject that the file does not mention.
         ignored: labels that it drops on purpose.
+        landmarks: standard markers and landmarks that the subject has under another name → that name.
+        by_place: what its markers' places say against their names, one sentence each.
     """
 
     subject: str
@@ -82,9 +87,15 @@ class Assignment:
     absent: tuple[Rule, ...]
     unmatched: tuple[str, ...]
     ignored: tuple[str, ...] = ()
+    landmarks: Mapping[str, str] = field(default_factory=dict)
+    by_place: tuple[str, ...] = ()
 
     def mismatches(self, association: Association) -> list[str]:
-        """Say which labels the clip or the association file does not have, one sentence for each of the two."""
+        """Say which labels the clip or the association file does not have, and what places say against names.
+
+        One sentence for all labels that the clip does not have, one for those that the file does not have,
+        and one for each two markers that look exchanged.
+        """
         notes = []
         if self.absent:
             lines = [f"{r.label} (line {r.line}{self._offer(r.label)})" for r in self.absent]
@@ -93,7 +104,7 @@ class Assignment:
         if self.unmatched:
             what = counted(len(self.unmatched), "label")
             notes.append(f"{what} of the clip not in {association.path}: {listed(self.unmatched)}")
-        return notes
+        return [*notes, *self.by_place]
 
     def _offer(self, label: str) -> str:
         # Half of the labels of a set differ by one letter: only a near miss is worth a word.
@@ -130,6 +141,7 @@ def _read(path: Path, skeleton: str | Path | None) -> Association:
     rules: list[tuple[int, list[tuple[str, int]]]] = []
     ignored: list[str] = []
     named: int | None = None
+    figure = STANDARD if skeleton is None else str(skeleton)
     for number, line in enumerate(lines, 1):
         words = list(_words(line, f"{path}:{number}"))
         if not words:
@@ -142,6 +154,7 @@ def _read(path: Path, skeleton: str | Path | None) -> Association:
                 )
             with ours(f"{path}:{number}", AssociationError):
                 own, named = _beside(path, words[1][0]), number
+            figure = words[1][0] if skeleton is None else figure
         elif first == "ignore" and len(words) == 2:
             ignored.append(words[1][0])
         else:
@@ -157,7 +170,7 @@ def _read(path: Path, skeleton: str | Path | None) -> Association:
                 f"its markers: {listed(read.segment_of, 12)}",
             )
         rules, ignored = part, ignored + rest
-    return Association(str(path), read, tuple(_rules(rules, read, path)), tuple(ignored))
+    return Association(str(path), read, tuple(_rules(rules, read, path)), tuple(ignored), figure)
 
 
 def _of_the_figure(
@@ -168,13 +181,16 @@ def _of_the_figure(
         whole = read_skeleton(own)
     except SkeletonError:
         return rules, []
-    names = [{s.name for s in each.segments} for each in (figure, whole)]
+    names = [[s.name for s in each.segments] for each in (figure, whole)]
     markers = [each.segment_of for each in (figure, whole)]
     part, rest = [], []
     for number, words in rules:
         texts = [word for word, _ in words]
         here, there = (
-            texts[2] in names[i] if len(texts) == 3 else len(texts) == 2 and texts[1] in markers[i]
+            texts[2] in names[i]
+            if len(texts) == 3
+            else len(texts) == 2
+            and (texts[1] in markers[i] or bool(segment_of_landmark(texts[1], names[i])))
             for i in (0, 1)
         )
         if there and not here:
@@ -262,7 +278,7 @@ def _rules(
                 )
         elif marker in segment_of:
             segment = segment_of[marker]
-        else:
+        elif not (segment := segment_of_landmark(marker, segments)):
             raise AssociationError(
                 f"{where}:{column}: {marker!r} is no marker of the skeleton {skeleton.name!r}",
                 nearest(marker, segment_of)
@@ -368,17 +384,38 @@ def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
             absent.append(rule)
     rest = [label for label in own if label not in used]
     dropped = [s for s in rest if any(fnmatchcase(s, p) for p in association.ignored)]
+    landmarks = own_names(at, clip.labels)
+    columns, by_place = _by_place(clip, at, landmarks)
     return Assignment(
         subject,
         {
-            s.name: _in_order(at[s.name], s.markers)
+            s.name: _in_order(columns[s.name], s.markers)
             for s in association.skeleton.segments
-            if s.name in at
+            if s.name in columns
         },
         tuple(absent),
         tuple(label for label in rest if label not in dropped),
         tuple(dropped),
+        landmarks,
+        by_place,
     )
+
+
+def _by_place(
+    clip: Clip, columns: dict[str, dict[str, int]], landmarks: Mapping[str, str]
+) -> tuple[dict[str, dict[str, int]], tuple[str, ...]]:
+    """The columns with medial and lateral markers exchanged whose places say so, and what there is to say of them."""
+    all_of = {marker: column for of in columns.values() for marker, column in of.items()}
+    at = all_of | {name: all_of[marker] for name, marker in landmarks.items()}
+    notes: list[str] = []
+    moved: dict[int, int] = {}
+    for one in exchanged(clip.points, at):
+        pair = (one.lateral, one.medial)
+        notes.append(one.sentence({name: clip.labels[at[name]] for name in pair}))
+        if one.certain:
+            moved |= {at[one.lateral]: at[one.medial], at[one.medial]: at[one.lateral]}
+    changed = {s: {m: moved.get(c, c) for m, c in of.items()} for s, of in columns.items()}
+    return changed, tuple(notes)
 
 
 def _in_order(columns: dict[str, int], standard: tuple[str, ...]) -> dict[str, int]:

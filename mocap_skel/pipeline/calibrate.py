@@ -44,7 +44,9 @@ def calibrate(paths: Sequence[Path], job: Job) -> Calibrated:
     notes: list[str] = []
     for path in paths:
         try:
-            clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
+            clip = read_clip(
+                path, unit=job.unit, rate=job.rate, salvage=job.salvage, mirror=job.mirror
+            )
             assignment = _only_subject(path, clip, job)
         except CallError:
             raise

@@ -17,10 +17,26 @@ from mocap_skel.skeleton_fit import SkeletonFit
 
 if TYPE_CHECKING:
     from mocap_skel.pipeline.isolation import Worker
+    from mocap_skel.rig.quality import Quality
 
 # What one clip in a child may take; a long clip honestly needs more of both than a short one.
 SECONDS, SECONDS_PER_BYTE = 30.0, 2e-6
 MEMORY, MEMORY_PER_BYTE = 2 << 30, 20.0
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A rigid figure of one subject, and the formats that hold it.
+
+    Attributes:
+        subject: as the fit has it.
+        formats: their names.
+        quality: how good the figure is.
+    """
+
+    subject: str
+    formats: tuple[str, ...]
+    quality: Quality
 
 
 @dataclass(frozen=True)
@@ -32,12 +48,14 @@ class Done:
         files: result files with their contents.
         notes: what there is to say about it, one sentence each.
         failed: why other subjects could not be fitted, or formats not written.
+        figures: the rigid figures in the files, those that are told the same once.
     """
 
     fits: tuple[SkeletonFit, ...]
     files: dict[Path, str | bytes]
     notes: tuple[str, ...]
     failed: tuple[MocapSkelError, ...]
+    figures: tuple[Figure, ...] = ()
 
 
 def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
@@ -116,10 +134,12 @@ def render(path: Path, job: Job) -> Done:
     notes = list(found.notes)
     files: dict[Path, str | bytes] = {}
     failed: list[MocapSkelError] = [*found.failed]
+    figures: list[Figure] = []
     for assignment, fit in found.subjects:
         stem = stem_of(path, found.clip, fit)
         decided = (*found.decided, *assignment.mismatches(found.association))
         source = Source(found.clip, path, assignment, decided, job.command)
+        rigid: dict[Quality, list[str]] = {}
         for chosen in job.formats:
             try:
                 rendered = chosen.render(fit, source)
@@ -127,14 +147,18 @@ def render(path: Path, job: Job) -> Done:
                 failed.append(error)
                 continue
             notes += [named(fit.subject, note) for note in rendered.notes]
+            quality = chosen.options.quality(fit)
+            if quality is not None:
+                rigid.setdefault(quality, []).append(chosen.format.name)
             for suffix, content in rendered.files.items():
                 target = folder / f"{stem}{suffix}"
                 _check_free(path, target, files)
                 files[target] = content
+        figures += [Figure(fit.subject, tuple(names), quality) for quality, names in rigid.items()]
     fits = tuple(fit for _, fit in found.subjects)
     if failed and not files:
         raise failed[0]
-    return Done(fits, files, tuple(dict.fromkeys(notes)), tuple(failed))
+    return Done(fits, files, tuple(dict.fromkeys(notes)), tuple(failed), tuple(figures))
 
 
 def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:

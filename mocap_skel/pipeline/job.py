@@ -16,6 +16,7 @@ from mocap_skel.joints.calibration import Calibration
 from mocap_skel.joints.choices import BEST
 from mocap_skel.labels.association import Assignment, Association, associate
 from mocap_skel.readers import read_clip
+from mocap_skel.results.body_size import check_size, check_size_by_names
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
 
@@ -36,6 +37,8 @@ class Job:
         calibration: what other clips of the actor know of the joints.
         unit, rate: in place of what the clip says.
         salvage: read what there is of a clip whose file is cut off.
+        mirror: the axis to negate when a clip is read, None for none.
+        trust: fit the markers as they are named, though some look exchanged.
         command: the call, as the page shows it.
     """
 
@@ -54,6 +57,8 @@ class Job:
     unit: str | None = None
     rate: float | None = None
     salvage: bool = False
+    mirror: str | None = None
+    trust: bool = False
     command: str = ""
 
     @property
@@ -63,12 +68,17 @@ class Job:
         return self.association
 
     def fit(self, clip: Clip, assignment: Assignment, *, search: bool = True) -> SkeletonFit:
-        """One subject of a clip, fitted as the job says."""
+        """One subject of a clip, fitted as the job says.
+
+        Raises:
+            CallError: the body is of a size that says that the unit is wrong.
+        """
+        check_size(clip, assignment)
         sigma = np.diag(np.square(self.sigma)) if isinstance(self.sigma, tuple) else self.sigma
         return fit_skeleton(
             clip, assignment, self.known.skeleton, sigma=sigma, pose=self.pose,
             method=self.method, noise=self.noise, search=search, prior=self.prior,
-            calibration=self.calibration,
+            calibration=self.calibration, trust=self.trust,
         )  # fmt: skip
 
 
@@ -99,7 +109,7 @@ def fit_file(path: Path, job: Job) -> Fitted:
     Raises:
         MocapSkelError: the clip cannot be read, or none of its subjects be fitted.
     """
-    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
+    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage, mirror=job.mirror)
     notes = list(clip.notes)
     if job.association is None:
         job = replace(job, association=_guessed(clip, job, notes))
@@ -113,6 +123,7 @@ def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:
     """The association that the clip's own names and motion give, where that is sure."""
     from mocap_skel.labels.guess import check_sure, guess_association, in_words, repeated
 
+    check_size_by_names(clip, job.subject)
     how = repeated(job.subject, job.unit, job.rate, salvage=job.salvage)
     found = guess_association(clip, job.subject, how)
     check_sure(found, how)

@@ -131,7 +131,7 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
     Raises:
         MocapSkelError: the clip cannot be read or fitted, or its results not be written.
     """
-    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage)
+    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage, mirror=job.mirror)
     subjects = associate(clip, job.known, job.subject)
     if len(subjects) > 1:
         known = ", ".join(subject.subject for subject in subjects)

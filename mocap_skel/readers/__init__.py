@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mocap_skel.clip import Clip
+from mocap_skel.clip import Clip, negated
 from mocap_skel.errors import ClipError, ours
 from mocap_skel.readers.clean import clean
 from mocap_skel.readers.registry import read_raw
@@ -17,7 +17,12 @@ __all__ = ["read_clip"]
 
 
 def read_clip(
-    path: str | Path, *, unit: str | None = None, rate: float | None = None, salvage: bool = False
+    path: str | Path,
+    *,
+    unit: str | None = None,
+    rate: float | None = None,
+    salvage: bool = False,
+    mirror: str | None = None,
 ) -> Clip:
     """Read a motion capture file: markers in metres, and what was decided about them.
 
@@ -29,6 +34,7 @@ def read_clip(
         unit: the file's length unit (mm, cm, dm, m, in, ft), in place of what it says.
         rate: frames a second, 0.01 to 100,000, in place of what the file says.
         salvage: read the whole frames that a file holds which is cut off or damaged.
+        mirror: "x", "y" or "z": negate that axis, for a file whose bodies are mirrored.
 
     Returns:
         The clip: points (frames, markers, 3) in metres in the file's own axes, NaN where a marker is
@@ -46,4 +52,5 @@ def read_clip(
     """
     path = Path(path)
     with ours(path, ClipError):
-        return clean(read_raw(path, salvage), str(path), unit, rate, salvage)
+        clip = clean(read_raw(path, salvage), str(path), unit, rate, salvage)
+    return negated(clip, mirror) if mirror else clip

@@ -9,6 +9,7 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers.markers import markers, names_and_subjects, told_apart
 from mocap_skel.readers.raw import FARTHEST, RawClip
+from mocap_skel.readers.repeated import repeated, sentences
 from mocap_skel.readers.units import SIGN_OF, scale
 from mocap_skel.text import listed
 
@@ -49,6 +50,8 @@ def clean(
     labels = told_apart([names[i] for i in keep], subjects, keep, notes)
     points = np.take(raw.points, keep, axis=1)
     points[_missing(points, raw, salvage, notes)] = np.nan
+    hertz = _rate(raw, rate)
+    _leave_out_repeated(points, labels, subjects, hertz, raw.first_frame, notes)
     if not np.isfinite(points).any():
         raise ClipError("every marker is missing in every frame")
     metres = scale(points, unit, raw, notes)
@@ -58,7 +61,7 @@ def clean(
         points=points,
         labels=tuple(labels),
         subjects=tuple(subjects),
-        rate=_rate(raw, rate),
+        rate=hertz,
         first_frame=raw.first_frame,
         unit=SIGN_OF[metres],
         up=_up(raw, notes),
@@ -88,6 +91,23 @@ def _missing(
             return np.asarray(missing | _refused(points, far, damaged, raw, salvage, notes))
         notes.append(f"samples farther off than {FARTHEST:.0e} that count as missing: {far.sum()}")
     return np.asarray(missing | far)
+
+
+def _leave_out_repeated(
+    points: NDArray[np.float64],
+    labels: list[str],
+    subjects: list[str],
+    rate: float,
+    first_frame: int,
+    notes: list[str],
+) -> None:
+    """Samples (frames, markers, 3) that repeat while the others move become missing; a note says which."""
+    out = repeated(points, subjects, rate)
+    if out is not None:
+        seen = int(np.isfinite(points[..., 0]).sum())
+        names = [f"{s}:{x}" if s else x for x, s in zip(labels, subjects, strict=True)]
+        notes += sentences(out, names, seen, first_frame)
+        points[out] = np.nan
 
 
 def _damaged(points: NDArray[np.float64], far: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -15,7 +15,12 @@ from mocap_skel.text import listed
 _MODEL_NAME = re.compile(
     r"(Angles|(Ankle|Knee|Hip|Pelvis|Progression)Angle|Forces?|Moments?|Powers?|GRF)\d*$"
 )
-_BONE_ENDS = "OALP"
+# The ends of a segment's axes are called by their axis; the origin first.
+_BONE_ENDS, _AXIS_ENDS = "OALP", "XYZ"
+_AXIS_TIP = re.compile(r"(.+?)[ _.-]?([XYZ])$", re.I)
+_ORIGINS = ("", "O", "ORIGIN", "ORG", "0")
+# Of the side of three axis tips, which 16-bit coordinates leave to a few per cent.
+_EQUAL = 0.03
 _UNLABELLED = re.compile(r"\*\d+$")
 # Fewer points without a name show no figure.
 _LEAST_OF_A_FIGURE = 3
@@ -41,10 +46,10 @@ def markers(
     """Which points are markers, and the names of the others by the reason why not.
 
     Left out are `*12`, points in a list of model outputs or with the name of one, the bones of
-    Plug-in Gait, and what an earlier fit has written into the file. Where nothing has a name, three
+    Plug-in Gait, the tips of a segment's axes, and what an earlier fit has written into the file. Where nothing has a name, three
     `*12` and more are markers.
     """
-    bones = _bones(names, subjects, raw.points)
+    bones = _bones(names, subjects, raw.points) | _axis_tips(names, subjects, raw.points)
     keep: list[int] = []
     out: dict[str, list[str]] = defaultdict(list)
     for i, (name, subject) in enumerate(zip(names, subjects, strict=True)):
@@ -110,6 +115,42 @@ def _bones(names: list[str], subjects: list[str], points: NDArray[np.float64]) -
         if len(ends) == len(_BONE_ENDS) and _axes(points[:, [ends[end] for end in _BONE_ENDS]]):
             bones.update(ends.values())
     return bones
+
+
+def _axis_tips(names: list[str], subjects: list[str], points: NDArray[np.float64]) -> set[int]:
+    """The tips of segments' axes, PELVIS_X, PELVIS_Y and PELVIS_Z, with their origin if it has a name of theirs."""
+    stems: dict[tuple[str, str], dict[str, int]] = defaultdict(dict)
+    for i, (name, subject) in enumerate(zip(names, subjects, strict=True)):
+        if found := _AXIS_TIP.fullmatch(name):
+            stems[subject, _plain(found[1])][found[2].upper()] = i
+    whole = {key: ends for key, ends in stems.items() if len(ends) == len(_AXIS_ENDS)}
+    if not whole:
+        return set()
+    at = {(s, _plain(name)): i for i, (name, s) in enumerate(zip(names, subjects, strict=True))}
+    tips: set[int] = set()
+    for (subject, stem), ends in whole.items():
+        three = [ends[end] for end in _AXIS_ENDS]
+        origins = [at[subject, stem + o] for o in _ORIGINS if (subject, stem + o) in at]
+        # At right angles and of one length from an origin, the tips are as far from each other.
+        found_origin = next((o for o in origins if _axes(points[:, [o, *three]])), None)
+        if found_origin is not None:
+            tips.update([found_origin, *three])
+        elif _equal_sides(points[:, three]):
+            tips.update(three)
+    return tips
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^A-Z0-9]", "", name.upper())
+
+
+def _equal_sides(three: NDArray[np.float64]) -> bool:
+    """Whether three points are equally far from each other in nearly all frames, as no markers on skin are."""
+    sides = np.stack([np.linalg.norm(three[:, i] - three[:, i - 1], axis=1) for i in range(3)])
+    mean = sides.mean(axis=0)
+    seen = mean > 0
+    off = np.abs(sides[:, seen] / mean[seen] - 1).max(axis=0)
+    return bool(2 * (off < _EQUAL).sum() >= len(off))
 
 
 def _axes(four: NDArray[np.float64]) -> bool:

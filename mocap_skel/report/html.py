@@ -7,13 +7,8 @@ text is escaped, and the content security policy lets nothing run but the viewer
 from __future__ import annotations
 
 import base64
-import hashlib
-import json
-import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from html import escape
-from importlib.resources import files
 from pathlib import Path
 from string import Template
 
@@ -24,16 +19,21 @@ from mocap_skel.export.registry import Chosen, Format, Options, Rendered, Source
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
+from mocap_skel.report.bands import bands_of, legend, strip
 from mocap_skel.report.coverage import COLOURS, coverage_map
 from mocap_skel.report.ellipsoid import ERRORS
-from mocap_skel.report.looks import LOOKS, style_of_verdicts
+from mocap_skel.report.inline import asset, in_json, policy, text
+from mocap_skel.report.looks import ALARM, LOOKS, style_of_verdicts
+from mocap_skel.report.moving import Moving, moving
+from mocap_skel.report.rig_section import rig_section
 from mocap_skel.report.scene import LARGEST, Scene, scene
 from mocap_skel.report.terminal import JOINT_HEAD, joint_cells
 from mocap_skel.results.series import marker_tracks, radial
 from mocap_skel.results.tables import joint_rows
-from mocap_skel.results.verdict import verdict
+from mocap_skel.results.verdict import in_short, verdict
+from mocap_skel.rig.quality import Quality
 from mocap_skel.skeleton_fit import SkeletonFit
-from mocap_skel.text import counted
+from mocap_skel.text import counted, listed
 from mocap_skel.version import __version__
 
 _SUFFIX = ".report.html"
@@ -60,65 +60,46 @@ class PageContent:
 
 def page(content: PageContent) -> str:
     """The text of the whole page, one HTML file that loads nothing."""
-    fit = content.fit
-    made = scene(content.clip, content.assignment, fit)
-    style, script = style_of_verdicts() + _asset("style.css"), _asset("viewer.bundle.js")
+    fit, shown = content.fit, moving(content.fit)
+    bands = bands_of(shown)
+    made = scene(content.clip, content.assignment, shown.fit, shown.floor, bands)
+    style, script = style_of_verdicts() + asset("style.css"), asset("viewer.bundle.js")
     who = f" · {fit.subject}" if fit.subject else ""
-    return Template(_asset("template.html")).substitute(
-        policy=(
-            f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
-            "base-uri 'none'; form-action 'none'"
-        ),
+    return Template(asset("template.html")).substitute(
+        policy=policy(script, style),
         style=style,
         script=script,
         title=text(Path(fit.clip).name + who),
+        short=_short(fit, shown),
         verdict=_verdict(fit),
         counts="".join(_counts(fit.joints)),
         **{shown: f'<span class="{shown}">{_sign(shown)}{shown}</span>' for shown in VERDICTS},
         table=_table(fit.joints),
+        bands=strip(bands, len(fit.frame_numbers), int(fit.frame_numbers[0])),
+        legend=legend(bands),
+        rig=rig_section(shown),
         coverage="".join(_coverage(content)),
         notes=_list((*content.decided, *fit.notes)),
         facts=_facts(content, made),
         version=text(__version__),
         deviations=f"{ERRORS:g}",
         largest=f"{100 * LARGEST:g} cm",
-        scene=_json(made.about),
+        scene=in_json(made.about),
         samples=base64.b64encode(made.packed).decode(),
     )
 
 
-def text(value: object) -> str:
-    """Any value as text that is safe in HTML, between tags or in an attribute.
-
-    Control characters, halves of surrogate pairs and the marks that turn the direction of writing round
-    could make a label look like what it is not: each of them becomes �.
-
-    >>> text("<b> & \u202e")
-    '&lt;b&gt; &amp; �'
-    """
-    return escape("".join(_plain(c) for c in str(value)))
-
-
-def _plain(c: str) -> str:
-    return "\ufffd" if unicodedata.category(c) in ("Cc", "Cf", "Cs") else c
-
-
-def _json(value: object) -> str:
-    """JSON in ASCII without < > &, so that an HTML parser finds no tag in it."""
-    dumped = json.dumps(value, allow_nan=False, separators=(",", ":"))
-    return dumped.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _asset(name: str) -> str:
-    return (files("mocap_skel.report") / "page" / name).read_text(encoding="utf-8")
-
-
-def _hash(inline: str) -> str:
-    return f"sha256-{base64.b64encode(hashlib.sha256(inline.encode()).digest()).decode()}"
+def _short(fit: SkeletonFit, shown: Moving) -> str:
+    """The one line at the top of the page: what is wrong, and what to do about it."""
+    parts = [text(in_short(fit))]
+    if shown.quality is not None and shown.quality.look_at:
+        names = listed([one.segment for one in shown.quality.look_at], 2)
+        parts.append(f'<a class="alarm" href="#rig">{ALARM.sign}\u00a0Look at: {text(names)}.</a>')
+    return " ".join(filter(None, parts))
 
 
 def _verdict(fit: SkeletonFit) -> str:
-    """The sentences at the top of the page: which joints to trust, what to film."""
+    """The sentences behind that line: which joints to trust, what to film."""
     return "<br>".join(text(sentence) for sentence in verdict(fit, joint_rows(fit)))
 
 
@@ -152,11 +133,17 @@ def _table(joints: Sequence[JointFit]) -> str:
         shown = _shown(joint)
         rows.append(
             f'<tr class="{shown}" data-joint="{i}"><th scope="row"><button>{text(name)}</button></th>'
-            f"<td>{_sign(shown)}{text(word if joint.fitted else 'not fitted')}</td>"
-            + "".join(f"<td>{text(cell)}</td>" for cell in cells)
+            f'<td class="first">{_sign(shown)}{text(word if joint.fitted else "not fitted")}</td>'
+            + "".join(_cell(head, cell) for head, cell in zip(JOINT_HEAD[2:], cells, strict=True))
             + "</tr>"
         )
     return f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
+
+
+def _cell(head: str, cell: str) -> str:
+    """A cell that also has its column's name, for a phone that shows rows as cards."""
+    first = ' class="first"' if head == "s.e. mm" else ""
+    return f'<td{first} data-head="{text(head)}">{text(cell)}</td>'
 
 
 def _coverage(content: PageContent) -> Iterable[str]:
@@ -209,6 +196,15 @@ def _facts(content: PageContent, made: Scene) -> str:
     )
 
 
+@dataclass(frozen=True)
+class PageOptions(Options):
+    """What a page may be told: nothing; but it has a rigid figure."""
+
+    def quality(self, fit: SkeletonFit) -> Quality | None:
+        """How good the figure is that the page plays."""
+        return moving(fit).quality
+
+
 def _write(fit: SkeletonFit, options: Options, source: Source) -> Rendered:
     del options
     assert source.assignment is not None, "the page shows the markers of a call that knows them"
@@ -221,10 +217,10 @@ PAGE = Chosen(
     Format(
         "html",
         (_SUFFIX,),
-        Options,
+        PageOptions,
         f"walk{_SUFFIX}",
         "a page rounds positions, and leaves out frames of a long clip",
         _write,
     ),
-    Options(),
+    PageOptions(),
 )

@@ -1,4 +1,4 @@
-"""How a verdict looks: one sign and one colour for it, on the page and in pictures."""
+"""How a verdict looks: one sign and one colour for it, on the page, in pictures and in tables."""
 
 from __future__ import annotations
 
@@ -47,9 +47,13 @@ LOOKS = {
     "none": Look("–", "", True, "not fitted", "#5c6370", "#9aa2b1", "#5c6370", "#9aa2b1"),
 }  # fmt: skip
 
+# A value that a person should look at, whatever it is of.
+ALARM = Look("▲", "^", True, "look at it", "#c62828", "#ff6b6b", "#b3261e", "#ff8a80")
+_STYLED = {**LOOKS, "alarm": ALARM}
+
 
 def style_of_verdicts() -> str:
     """The colours as variables of a style sheet: `--yes` for words, `--yes-ball` for what is drawn."""
-    light = "".join(f"--{v}: {x.text}; --{v}-ball: {x.colour}; " for v, x in LOOKS.items())
-    dark = "".join(f"--{v}: {x.dark_text}; --{v}-ball: {x.dark}; " for v, x in LOOKS.items())
+    light = "".join(f"--{v}: {x.text}; --{v}-ball: {x.colour}; " for v, x in _STYLED.items())
+    dark = "".join(f"--{v}: {x.dark_text}; --{v}-ball: {x.dark}; " for v, x in _STYLED.items())
     return f":root {{ {light}}}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark}}} }}\n"

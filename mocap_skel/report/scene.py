@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from mocap_skel.clip import AXES, Clip
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
+from mocap_skel.report.bands import Band
 from mocap_skel.report.ellipsoid import ellipsoid
 from mocap_skel.report.view import first_front
 from mocap_skel.rig.bridging import runs
@@ -49,13 +51,21 @@ class Scene:
     every: int
 
 
-def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
+def scene(
+    clip: Clip,
+    assignment: Assignment,
+    fit: SkeletonFit,
+    floor: float | None = None,
+    bands: Sequence[Band] = (),
+) -> Scene:
     """Collect the moving figure, its markers, and the ellipsoids of its joint centres.
 
     Args:
         clip: the recording.
         assignment: which of its markers are whose.
         fit: what came of them, in the clip's own axes.
+        floor: metres along the vertical; None = where the figure comes lowest.
+        bands: stretches of frames that are marked.
     """
     tracks = dict(fit.tracks())
     markers = _markers(clip, assignment, fit)
@@ -63,7 +73,7 @@ def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
     parents = [name for name in fit.segments if any(j.parent == name for j in fit.joints)]
     every = max(1, -(-clip.frames * len(points) // MOST_SAMPLES))
     positions = np.stack(points, axis=1)[::every]
-    middle = _middle(positions)
+    middle = middles(positions)
     step = step_of(positions - middle)
     rotations = [fit.segments[name].pose.rotation[::every, :, :2] for name in parents]
     axes = np.stack(rotations, axis=1) if rotations else np.empty((len(positions), 0, 3, 2))
@@ -82,7 +92,14 @@ def scene(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> Scene:
         "every": every,
         "rate": float(clip.rate),
         "up": AXES.index(fit.up),
-        "floor": _floor(positions[..., AXES.index(fit.up)]),
+        "floor": floor_height(positions[..., AXES.index(fit.up)])
+        if floor is None
+        else round(floor, 4),
+        # In frames of the file, as `leftOut`.
+        "bands": [
+            [clip.first_frame + band.start, clip.first_frame + band.stop, band.words]
+            for band in bands
+        ],
         "front": np.round(first_front(fit), 4).tolist(),
         "step": step,
         "middle": np.round(middle, 6).tolist(),
@@ -167,15 +184,15 @@ def _markers(clip: Clip, assignment: Assignment, fit: SkeletonFit) -> list[dict[
     return found
 
 
-def _middle(positions: Array) -> Array:
-    """(points, 3) the middle between the lowest and the highest place of each track along each axis."""
+def middles(positions: Array) -> Array:
+    """The middle (points, 3) between the lowest and the highest place of each track along each axis."""
     known = np.isfinite(positions)
     low = np.where(known, positions, np.inf).min(axis=0)
     high = np.where(known, positions, -np.inf).max(axis=0)
     return np.where(np.isfinite(low), 0.5 * (np.where(np.isfinite(low), low, 0.0) + high), 0.0)
 
 
-def _floor(heights: Array) -> float:
+def floor_height(heights: Array) -> float:
     """The height of the floor: 0 if the figure comes about as low as that, else its lowest height."""
     known = heights[np.isfinite(heights)]
     lowest = float(np.quantile(known, 0.001)) if known.size else 0.0

@@ -62,10 +62,10 @@ def _continued(row: Sequence[str], room: int) -> Iterator[tuple[str, ...]]:
     yield from ((*[""] * len(cells), words) for words in more)
 
 
-def sentence(words: str) -> str:
-    """A sentence in lines of `WIDTH` characters; what follows the first is indented."""
+def sentence(words: str, width: int = WIDTH) -> str:
+    """A sentence in lines of so many characters; what follows the first is indented."""
     return textwrap.fill(
-        words, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
+        words, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,27 +13,16 @@ from mocap_skel.errors import FitError
 from mocap_skel.figure.skeleton import Skeleton
 from mocap_skel.fit import fit_skeleton
 from mocap_skel.labels.association import Assignment
-from mocap_skel.segments.pose import Array, by_rows
+from mocap_skel.segments.misplaced import NOTHING, Misplaced, judged
+from mocap_skel.segments.pose import Array
+from mocap_skel.segments.rigidity import LEAST_LOOSE, LOOSE, Rigidity
 from mocap_skel.segments.shape import median
-from mocap_skel.segments.trouble import GAUSS, SKIN
+from mocap_skel.segments.trouble import SKIN
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import counted, listed
 
 # Frames that show how rigidly two markers move together well enough.
 ENOUGH = 700
-# Share of the frames that two markers have to be seen in together.
-LEAST_TOGETHER = 0.05
-# A marker is loose if it moves so many times as much as the usual one against its segment, but at least
-# by a centimetre (skin does that), and belongs elsewhere if it is so many times as firm there.
-LOOSE = 3.0
-LEAST_LOOSE = 0.01
-FIRMER = 2.5
-# By how much the other one of an exchange has to gain at least: one of the two may be loose anywhere.
-BETTER = 1.2
-# Metres: how far apart markers move tells no more once it is far above what skin does.
-FAR = 0.1
-# What the neighbouring segments count for beside a marker's own.
-NEIGHBOURS = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +61,12 @@ class AssociationCheck:
     Attributes:
         markers: one a marker, in the skeleton's order.
         still: whether the clip moves too little to tell segments apart.
+        misplaced: what is certainly wrong, with its evidence.
     """
 
     markers: tuple[MarkerCheck, ...]
     still: bool
+    misplaced: Misplaced = NOTHING
 
     def summary(self) -> str:
         """What is wrong with the association and what to do, in one sentence."""
@@ -87,6 +78,10 @@ class AssociationCheck:
             elif one.verdict == "wrong segment":
                 wrong[f"{one.marker} ({one.label}) moves with {one.moves_with}"] = None
         count = counted(len(self.markers), "marker")
+        if self.misplaced.mirrored:
+            return (
+                f"{count} checked; the body is mirrored: {self.misplaced.mirrored}: try --mirror x"
+            )
         if wrong:
             return f"{count} checked; the association looks wrong: {'; '.join(wrong)}"
         if self.still:
@@ -126,16 +121,16 @@ def check_association(clip: Clip, assignment: Assignment, skeleton: Skeleton) ->
     >>> check_association(clip, associate(clip, cmu)[0], cmu.skeleton).summary()
     '41 markers checked: every marker that can be judged moves with its segment'
     """
-    figure = _Figure(clip, assignment, skeleton)
-    given = figure.segment.copy()
-    typical = float(median(figure.own(given)))
-    partner, moved = figure.mend(typical)
-    right = figure.segment
-    fit = _fit(clip, figure.assignment(assignment, right, partner), skeleton)
+    figure = Rigidity(clip.points, assignment.columns, skeleton, ENOUGH)
+    typical = figure.typical
+    judgement = judged(figure)
+    partner, moved = judgement.partner, judgement.moved
+    given, right = figure.given, figure.segment
+    fit = _fit(clip, _put_right(assignment, figure, partner), skeleton)
     away = {} if fit is None else {one.label: one for one in fit.left_out}
     radial = {} if fit is None else {j.child: j.residual for j in fit.joints if j.fitted}
     residuals = figure.own(right)
-    wrong = set(partner) | moved
+    wrong = {*partner, *moved}
     at_fault = figure.own(given)
     found = []
     for m, (name, column) in enumerate(figure.names):
@@ -161,7 +156,7 @@ def check_association(clip: Clip, assignment: Assignment, skeleton: Skeleton) ->
         else:
             verdict = "ok" if one is None else "leaves at times"
         if m in wrong:
-            frames = clip.frame_numbers[figure.out_of_place(m, given, wrong)]
+            frames = clip.frame_numbers[_out_of_place(clip.points, figure, m, wrong)]
         share = len(frames) / max(int(seen.sum()), 1)
         found.append(
             MarkerCheck(
@@ -169,159 +164,38 @@ def check_association(clip: Clip, assignment: Assignment, skeleton: Skeleton) ->
                 other, goes, verdict,
             )
         )  # fmt: skip
-    return AssociationCheck(tuple(found), figure.still(typical))
+    return AssociationCheck(tuple(found), figure.still(), judgement.misplaced)
 
 
 def _fit(clip: Clip, assignment: Assignment, skeleton: Skeleton) -> SkeletonFit | None:
     try:
-        return fit_skeleton(clip, assignment, skeleton)
+        return fit_skeleton(clip, assignment, skeleton, trust=True)
     except FitError:  # a clip of one limb under the standard human, say
         return None
 
 
-class _Figure:
-    """The markers of a subject, their segments, and how well each two of them keep their distance."""
-
-    def __init__(self, clip: Clip, assignment: Assignment, skeleton: Skeleton) -> None:
-        self.segments = [segment.name for segment in skeleton.segments]
-        of = [
-            (self.segments.index(name), marker, column)
-            for name, columns in assignment.columns.items()
-            for marker, column in columns.items()
-        ]
-        self.segment = np.array([at for at, _, _ in of])
-        self.names = [(marker, column) for _, marker, column in of]
-        self.points = clip.points[:, [column for _, column in self.names]]
-        self.joined = np.zeros((len(self.segments), len(self.segments)), dtype=np.bool_)
-        for i, segment in enumerate(skeleton.segments):
-            if segment.parent is not None:
-                j = self.segments.index(segment.parent)
-                self.joined[i, j] = self.joined[j, i] = True
-        # Evenly through the clip, but not so evenly that a cyclic movement shows one phase only.
-        step = len(self.points) // ENOUGH + 1
-        self.spread = _spreads(by_rows(self.points[::step]))
-        capped = np.minimum(self.spread, FAR)
-        self.known = np.isfinite(capped)
-        self.cost = np.where(self.known, capped, 0.0)
-
-    def own(self, segment: NDArray[np.intp]) -> Array:
-        """(M,) mean spread to the other markers of the same segment; NaN without any."""
-        mates = (segment[:, None] == segment) & self.known
-        count = mates.sum(axis=1)
-        total = np.where(mates, self.cost, 0.0).sum(axis=1)
-        return np.where(count > 0, total / np.maximum(count, 1), np.nan)
-
-    def near(self, segment: NDArray[np.intp]) -> Array:
-        """(M,) least spread to a marker of a neighbouring segment; NaN without any."""
-        beside = self.joined[segment[:, None], segment] & self.known
-        least = np.where(beside, self.cost, np.inf).min(axis=1)
-        return np.where(np.isfinite(least), least, np.nan)
-
-    def still(self, typical: float) -> bool:
-        """Whether markers of different segments keep their distances as well as those of one segment."""
-        apart = (self.segment[:, None] != self.segment) & self.known
-        values = self.cost[apart]
-        return not len(values) or not float(median(values)) > LOOSE * typical or np.isnan(typical)
-
-    def mend(self, typical: float) -> tuple[dict[int, int], set[int]]:
-        """Exchange two markers, or give one to another segment, as long as the figure gets much firmer.
-
-        Returns:
-            Exchanged markers, both ways, and markers of another segment. `segment` is then put right.
-        """
-        partner: dict[int, int] = {}
-        moved: set[int] = set()
-        limit = max(LEAST_LOOSE, LOOSE * np.nan_to_num(typical))
-        for _ in range(len(self.names)):
-            own, near = self.own(self.segment), self.near(self.segment)
-            score = np.where(np.isfinite(own), own, near)
-            bad = np.flatnonzero(np.nan_to_num(score) > limit)
-            bad = bad[[m not in partner and m not in moved for m in bad]]
-            chosen = None
-            # An exchange explains two markers at once, so it is tried before moving one alone.
-            for trials in (self._exchanges(bad.tolist()), self._moves(bad.tolist())):
-                best = self._total(self.segment)
-                for markers, trial in trials:
-                    after_own = self.own(trial)
-                    after = np.where(np.isfinite(after_own), after_own, self.near(trial))
-                    gains = [score[m] / max(after[m], np.finfo(float).tiny) for m in markers]
-                    sits = all(
-                        after[m] <= limit or gain > FIRMER
-                        for m, gain in zip(markers, gains, strict=True)
-                    )
-                    if sits and max(gains) > FIRMER and min(gains) > BETTER:
-                        total = self._total(trial)
-                        if total < best:
-                            best, chosen = total, (markers, trial)
-                if chosen is not None:
-                    break
-            if chosen is None:
-                break
-            markers, self.segment = chosen
-            if len(markers) == 2:
-                partner |= {markers[0]: markers[1], markers[1]: markers[0]}
-            else:
-                moved.add(markers[0])
-        return partner, moved
-
-    def _exchanges(self, bad: list[int]) -> Iterator[tuple[tuple[int, ...], NDArray[np.intp]]]:
-        for m in bad:
-            for other in np.flatnonzero(self.segment != self.segment[m]).tolist():
-                # Next to a joint a marker moves with both segments and need not look bad.
-                joined = self.joined[self.segment[m], self.segment[other]]
-                if (other > m and other in bad) or (other not in bad and joined):
-                    trial = self.segment.copy()
-                    trial[[m, other]] = trial[[other, m]]
-                    yield (m, other), trial
-
-    def _moves(self, bad: list[int]) -> Iterator[tuple[tuple[int, ...], NDArray[np.intp]]]:
-        for m in bad:
-            for at in np.unique(self.segment).tolist():
-                if at != self.segment[m]:
-                    trial = self.segment.copy()
-                    trial[m] = at
-                    yield (m,), trial
-
-    def _total(self, segment: NDArray[np.intp]) -> float:
-        own, near = self.own(segment), self.near(segment)
-        return float(np.nansum(own) + NEIGHBOURS * np.nansum(near))
-
-    def assignment(
-        self, given: Assignment, right: NDArray[np.intp], partner: dict[int, int]
-    ) -> Assignment:
-        """The assignment put right. Exchanged markers exchange their names; one that is moved keeps its name."""
-        columns: dict[str, dict[str, int]] = {name: {} for name in self.segments}
-        for m, (name, column) in enumerate(self.names):
-            named = self.names[partner[m]][0] if m in partner else name
-            columns[self.segments[right[m]]][named] = column
-        return replace(given, columns={name: of for name, of in columns.items() if of})
-
-    def out_of_place(self, m: int, segment: NDArray[np.intp], wrong: set[int]) -> NDArray[np.bool_]:
-        """(F,) frames in which a wrong marker is farther from its usual place in its segment than skin moves it."""
-        mates = [k for k in np.flatnonzero(segment == segment[m]).tolist() if k != m]
-        mates = [k for k in mates if k not in wrong] or mates
-        if not mates:
-            beside = np.flatnonzero(self.joined[segment[m], segment] & self.known[m])
-            mates = beside[self.cost[m, beside].argsort()[:1]].tolist()
-        if not mates:
-            return np.zeros(len(self.points), dtype=np.bool_)
-        away = np.linalg.norm(self.points[:, mates] - self.points[:, [m]], axis=2).T
-        off = np.abs(away - median(away)[:, None])
-        return np.asarray(median(off.T) > SKIN)
+def _put_right(given: Assignment, figure: Rigidity, partner: Mapping[int, int]) -> Assignment:
+    """The assignment put right. Exchanged markers exchange their names; one that is moved keeps its name."""
+    columns: dict[str, dict[str, int]] = {name: {} for name in figure.segments}
+    for m, (name, column) in enumerate(figure.names):
+        named = figure.names[partner[m]][0] if m in partner else name
+        columns[figure.segments[figure.segment[m]]][named] = column
+    return replace(given, columns={name: of for name, of in columns.items() if of})
 
 
-def _spreads(x: Array) -> Array:
-    """(M, M) robust standard deviation of the distance between each two of the points x (M, 3, F).
-
-    NaN for two that are hardly ever seen together.
-    """
-    count = len(x)
-    spread = np.full((count, count), np.nan)
-    for i in range(count - 1):
-        away = x[i + 1 :] - x[i]
-        distance = np.sqrt(np.einsum("pdf,pdf->pf", away, away))
-        off = np.abs(distance - median(distance)[:, None])
-        enough = np.isfinite(distance).sum(axis=1) >= LEAST_TOGETHER * x.shape[2]
-        found = np.where(enough, GAUSS * median(off), np.nan)
-        spread[i, i + 1 :] = spread[i + 1 :, i] = found
-    return spread
+def _out_of_place(
+    points: Array, figure: Rigidity, m: int, wrong: Container[int]
+) -> NDArray[np.bool_]:
+    """(F,) frames in which a wrong marker is farther from its usual place in its segment than skin moves it."""
+    own = figure.given
+    mates = [k for k in np.flatnonzero(own == own[m]).tolist() if k != m]
+    mates = [k for k in mates if k not in wrong] or mates
+    if not mates:
+        beside = np.flatnonzero(figure.joined[own[m], own] & figure.known[m])
+        mates = beside[figure.cost[m, beside].argsort()[:1]].tolist()
+    if not mates:
+        return np.zeros(len(points), dtype=np.bool_)
+    columns = [figure.names[k][1] for k in mates]
+    away = np.linalg.norm(points[:, columns] - points[:, [figure.names[m][1]]], axis=2).T
+    off = np.abs(away - median(away)[:, None])
+    return np.asarray(median(off.T) > SKIN)

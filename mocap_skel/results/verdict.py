@@ -9,7 +9,7 @@ from typing import Any
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.results.series import by_sides, sideless
 from mocap_skel.skeleton_fit import SkeletonFit
-from mocap_skel.text import listed
+from mocap_skel.text import counted, listed
 
 # Metres: two standard errors in the direction that is known least. The former is what a lab would publish,
 # beyond the latter a joint is somewhere in the limb.
@@ -41,6 +41,30 @@ def verdict(fit: SkeletonFit, rows: Sequence[Mapping[str, Any]]) -> tuple[str, .
     return (*_trust(fit), *_sides(rows), *_movements(fit))
 
 
+def in_short(fit: SkeletonFit) -> str:
+    """The one sentence to act on: which joints not to trust, and the movement that would help most.
+
+    >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
+    >>> clip, association = read_clip("sample_data/range_of_motion.c3d"), read_association("cmu")
+    >>> fit = fit_skeleton(clip, associate(clip, association)[0], association.skeleton)
+    >>> in_short(fit)
+    'All 14 joints are known to 2 cm (95 %).'
+    """
+    if not fit.joints:
+        return ""
+    groups = _levels(fit)
+    poor = [*groups.get("poor", []), *groups.get("none", [])]
+    if poor:
+        few = f"{len(poor)} of {counted(len(fit.joints), 'joint')}"
+        words = f"{few} {'is' if len(poor) == 1 else 'are'} not to be trusted: {_joints(poor, 4)}"
+    else:
+        sharp = "usable" not in groups
+        every = f"All {len(fit.joints)} joints are" if len(fit.joints) > 1 else "The joint is"
+        words = f"{every} known to {100 * (SHARP if sharp else USABLE):g} cm (95 %)"
+    asked = _asked(fit)
+    return f"{words}. Film: {asked[0]}." if asked else f"{words}."
+
+
 def error_95(joint: JointFit) -> float:
     """Two standard errors of a joint's centre in the direction in which it is known least.
 
@@ -49,18 +73,26 @@ def error_95(joint: JointFit) -> float:
     return 2.0 * joint.worst_error if joint.fitted else float("inf")
 
 
-def _trust(fit: SkeletonFit) -> Iterator[str]:
+def _levels(fit: SkeletonFit) -> dict[str, list[str]]:
+    """The joints by how well they are known: "sharp", "usable", "poor", or "none" for not fitted."""
     groups: dict[str, list[str]] = {}
     for joint in fit.joints:
         # Without a prior a joint that the movement does not show is a place holder.
         placed = joint.shown == "no" and not joint.landmarks
         error = float("inf") if placed else error_95(joint)
         level = "sharp" if error <= SHARP else "usable" if error <= USABLE else "poor"
+        level = "doubt" if joint.doubt else level
         groups.setdefault(level if joint.fitted else "none", []).append(joint.joint)
+    return groups
+
+
+def _trust(fit: SkeletonFit) -> Iterator[str]:
+    groups = _levels(fit)
     words = {
         "sharp": f"Known to {100 * SHARP:g} cm (95 %)",
         "usable": f"known to {100 * USABLE:g} cm",
         "poor": "not to be trusted",
+        "doubt": "in doubt, as markers look exchanged",
         "none": "not fitted",
     }
     parts = [f"{words[k]}: {_joints(groups[k])}" for k in words if k in groups]
@@ -72,7 +104,7 @@ def _trust(fit: SkeletonFit) -> Iterator[str]:
         yield f"More from anatomy than from the movement: {_joints(anatomy)}."
 
 
-def _joints(names: list[str]) -> str:
+def _joints(names: list[str], most: int = 20) -> str:
     """Names of joints as a list; both sides of one are named together: both knees."""
     groups = by_sides(names)
     return listed(
@@ -80,7 +112,7 @@ def _joints(names: list[str]) -> str:
             f"both {_several(_words(name))}" if len(places) == 2 else _words(names[places[0]])
             for name, places in groups.items()
         ],
-        20,
+        most,
     )
 
 
@@ -105,7 +137,8 @@ def _sides(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield f"Bones whose two sides differ in length, measured up to the joint: {bones}."
 
 
-def _movements(fit: SkeletonFit) -> Iterator[str]:
+def _asked(fit: SkeletonFit) -> list[str]:
+    """The movements that would show more of joints that are not known sharply, of the worst one first."""
     poor = sorted((j for j in fit.joints if error_95(j) > SHARP), key=error_95, reverse=True)
     asked: dict[str, None] = {}
     for joint in poor:
@@ -113,6 +146,10 @@ def _movements(fit: SkeletonFit) -> Iterator[str]:
         # No movement shows a joint whose child has no marker.
         if movement and joint.samples:
             asked[movement] = None
-    chosen = list(asked)[:MOST]
+    return list(asked)
+
+
+def _movements(fit: SkeletonFit) -> Iterator[str]:
+    chosen = _asked(fit)[:MOST]
     if chosen:
         yield f"To know more, film: {'; '.join(chosen)}."

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.rig.blocks import apply, transposed
-from mocap_skel.rig.bridging import runs
+from mocap_skel.rig.blocks import apply, multiply, rotation, transposed
+from mocap_skel.rig.bridging import eased, runs
 from mocap_skel.rig.model import Model
-from mocap_skel.rig.solver import Bones, Poses, Problem, Sums, marker_sums, solve
+from mocap_skel.rig.motion import CALM_ANGLE
+from mocap_skel.rig.solver import Bones, Poses, Problem, Pull, Sums, marker_sums, solve
 from mocap_skel.segments.pose import Array
 
 # Metres a second and metres: a marker of the sole stands if it is slower, and no higher above its lowest places.
@@ -19,6 +20,9 @@ from mocap_skel.segments.pose import Array
 SLOW, LOW = 0.3, 0.04
 # Seconds: a shorter stand is a turning point of the swing, a shorter break is noise.
 STAND, BREAK = 0.1, 0.05
+# Seconds, and share of a clip: a foot that stands less than the smaller of both in all does not stand at all, but
+# turns in the air, as those of a person who is filmed sitting or hanging.
+STANDS, STANDING = 0.5, 0.05
 # The share of slow places below which a marker is taken to stand.
 LOWEST = 0.1
 # Metres: markers of a sole are no higher than that over the floor, else the floor is not at zero. Where it is not,
@@ -27,6 +31,8 @@ HIGHEST_MARKER, UNDER_MARKER = 0.15, 0.03
 # Cosine of the angle between the stands' vertical and that of the rest pose beyond which the stands are none: a
 # foot that hangs in the air is not flat.
 FLAT = np.cos(np.radians(25.0))
+# As a share of their length, what toes that point straight down reach forward; less has no direction.
+LEAST_LEVEL = 1e-6
 # A held sole weighs as so many markers, and takes so long (seconds) to come from its free path and go back.
 HOLD, EASE = 100.0, 0.15
 
@@ -89,7 +95,7 @@ def find_feet(model: Model, poses: Poses, up: Array, rate: float, rest: Sequence
                 continue
             low = float(np.quantile(height[slow], LOWEST))
             stands = _steady(slow & (height < low + LOW), rate)
-            if stands.any():
+            if stands.sum() > min(STANDS * rate, STANDING * len(stands)):
                 found.append((s, marker, place, stands, float(np.median(height[stands]))))
     heights = [above for *_, above in found]
     lowest = min(heights, default=0.0)
@@ -149,11 +155,50 @@ def held_feet(problem: Problem, poses: Poses, feet: Feet, up: Array, rate: float
     if extra is None:
         return poses
     here = np.flatnonzero(touched)
-    held = replace(problem, sums=problem.sums.plus(extra)).at(here)
+    # What neither markers nor the floor tell stays as calm as it was.
+    stiffness = np.full(poses.frames, 1.0 / CALM_ANGLE**2)
+    calm = [Pull(s, poses.local(bones, s), stiffness) for s in range(1, len(bones.parents))]
+    pulls = (*problem.pulls, *calm)
+    held = replace(problem, sums=problem.sums.plus(extra), pulls=pulls).at(here)
     found = solve(held, poses.at(here))
     turn, root = poses.turn.copy(), poses.root.copy()
     turn[..., here], root[:, here] = found.turn, found.root
     return Poses(turn, root)
+
+
+def bent_toes(model: Model, poses: Poses, feet: Feet, up: Array, limit: float) -> Poses:
+    """The motion with toes that lie on the floor while their foot rolls over them, instead of going through it.
+
+    Toes are what hangs from a foot with a sole (`Model.tips`); their end keeps its direction as seen from above.
+
+    Args:
+        model: the figure.
+        poses: its motion.
+        feet: its soles and the floor.
+        up: (3,) the lab's vertical.
+        limit: radians; no toes turn farther from frame to frame.
+    """
+    soled = {sole.segment for sole in feet.soles}
+    toes = [s for s in model.ends if model.bones.parents[s] in soled & set(model.tips)]
+    if not toes:
+        return poses
+    turn, joints = poses.turn.copy(), poses.joints(model.bones)
+    for s in toes:
+        end = apply(turn[:, :, s], model.ends[s])
+        length = float(np.linalg.norm(model.ends[s]))
+        lowest = np.clip(feet.floor - up @ joints[:, s], -length, 0.0)
+        height = up @ end
+        through = height < lowest
+        level = end - up[:, None] * height
+        level /= np.maximum(np.linalg.norm(level, axis=0), LEAST_LEVEL * length)
+        # About the level axis that is square to the toes, from their slope to that of the floor under them.
+        angle = np.arcsin(lowest / length) - np.arcsin(np.clip(height / length, -1.0, 1.0))
+        axis = np.cross(level.T, up).T * np.where(through, angle, 0.0)
+        turn[:, :, s] = multiply(rotation(axis), turn[:, :, s])
+        foot = turn[:, :, model.bones.parents[s]]
+        local, _ = eased(multiply(transposed(foot), turn[:, :, s]), limit)
+        turn[:, :, s] = multiply(foot, local)
+    return Poses(turn, poses.root)
 
 
 def _goal(

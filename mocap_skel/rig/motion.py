@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.rig.blocks import apply, multiply
 from mocap_skel.rig.bridging import bridged, bridged_places, eased, runs, smoothed
+from mocap_skel.rig.freedoms import Shared
 from mocap_skel.rig.model import Model
 from mocap_skel.rig.solver import Bones, Poses, Problem, Pull, known_turns, marker_sums, solve
 from mocap_skel.segments.pose import Array
@@ -120,7 +121,7 @@ def _moved(model: Model, rate: float, limits: Limits) -> RigidMotion:
     problem = Problem(
         bones,
         marker_sums(bones, model.points, start.root.T),
-        model.hinges,
+        model.freedoms,
         tuple(_loose_pulls(model, start.frames)),
     )
     whole = np.flatnonzero(~gap)
@@ -163,7 +164,7 @@ def _replaced(model: Model, start: Poses, gap: NDArray[np.bool_]) -> Model:
     points = [own[few] for own in model.points]
     sums = marker_sums(model.bones, points, start.root[:, few].T)
     pulls = tuple(pull.at(few) for pull in _loose_pulls(model, start.frames))
-    poses = solve(Problem(model.bones, sums, model.hinges, pulls), start.at(few))
+    poses = solve(Problem(model.bones, sums, model.freedoms, pulls), start.at(few))
     joints = poses.joints(model.bones)
     places = []
     for s, (place, own) in enumerate(zip(model.bones.places, points, strict=True)):
@@ -250,18 +251,29 @@ def _judged(
 ) -> tuple[NDArray[np.bool_], list[tuple[int, int, int, str]]]:
     """Which segments are absent where, and every stretch (segment, start, stop, by) of a missing pose."""
     told = _told(problem, poses, missing)
-    absent = np.zeros_like(missing)
-    spans = []
+    by_motion, by_hold, absent = (np.zeros_like(missing) for _ in range(3))
     for s, lost in enumerate(missing):
-        for a, b in runs(lost & told[s]):
-            spans.append((s, a, b, "markers"))
         for a, b in runs(lost & ~told[s]):
             end = a == 0 or b == len(lost)
-            if b - a <= (limits.hold if end else limits.gap) * rate and b - a != len(lost):
-                spans.append((s, a, b, "hold" if end else "motion"))
-            else:
-                absent[s, a:b] = True
-                spans.append((s, a, b, ""))
+            short = b - a <= (limits.hold if end else limits.gap) * rate and b - a != len(lost)
+            kind = (by_hold if end else by_motion) if short else absent
+            kind[s, a:b] = True
+    for freedom in problem.freedoms:
+        # Parts of a turn that nothing shows are not there either.
+        if isinstance(freedom, Shared):
+            absent[list(freedom.segments)] |= absent[freedom.segments[-1]]
+    for s, parent in enumerate(problem.bones.parents):
+        # Nor is what no marker ever shows, where the segment that it hangs from is not.
+        if parent >= 0 and not len(problem.bones.places[s]):
+            absent[s] |= absent[parent]
+    kinds = {"markers": told, "motion": by_motion, "hold": by_hold}
+    found = {by: missing & flags & ~absent for by, flags in kinds.items()} | {"": missing & absent}
+    spans = [
+        (s, a, b, by)
+        for by, flags in found.items()
+        for s, row in enumerate(flags)
+        for a, b in runs(row)
+    ]
     return absent, sorted(spans)
 
 
@@ -270,7 +282,9 @@ def _told(problem: Problem, poses: Poses, missing: NDArray[np.bool_]) -> NDArray
     told = ~missing
     if not missing.any():
         return told
-    every = known_turns(problem, poses)
+    # Parts of a turn say nothing of the whole.
+    freedoms = tuple(one for one in problem.freedoms if not isinstance(one, Shared))
+    every = known_turns(replace(problem, freedoms=freedoms), poses)
     for s in np.flatnonzero(missing.any(axis=1)).tolist():
         if missing[s].all():
             continue

@@ -37,8 +37,11 @@ class Bone:
         parent: its parent's index in the list, -1 for the root.
         joint: (3,) the joint towards the parent in the segment's own axes.
         centre: (3,) the same joint in the parent's axes.
-        end: (3,) in the segment's own axes, of one without children.
+        end: (3,) in the segment's own axes: the end of one without children, or what its direction leads to where
+            that is not the joint beyond it.
         rotation: (frames, 3, 3) in the lab, NaN where it is not known.
+        local: (3, 3) its turn in its parent in the rest pose, the root's to the character's axes, if it is known
+            beforehand.
     """
 
     segment: Segment
@@ -47,6 +50,7 @@ class Bone:
     centre: Array
     end: Array | None
     rotation: Array
+    local: Array | None = None
 
 
 def rest_pose(bones: Sequence[Bone], up: Array) -> tuple[list[Array], list[str]]:
@@ -64,6 +68,9 @@ def rest_pose(bones: Sequence[Bone], up: Array) -> tuple[list[Array], list[str]]
     found: list[Array] = []
     average: list[str] = []
     for i, bone in enumerate(bones):
+        if bone.local is not None:
+            found.append(found[bone.parent] @ bone.local if bone.parent >= 0 else bone.local)
+            continue
         if bone.parent >= 0:
             start = found[bone.parent] @ mean_rotation(relative[i])
         else:
@@ -74,7 +81,7 @@ def rest_pose(bones: Sequence[Bone], up: Array) -> tuple[list[Array], list[str]]
         if placed:
             found.append(_branching(bone, placed, start))
         elif rest is not None and len(beyond) <= 1:
-            tip = beyond[0].centre if beyond else bone.end
+            tip = beyond[0].centre if beyond and bone.end is None else bone.end
             turned = _pointing(start, tip, bone.joint, np.array(rest))
             for c in children[i]:
                 turned = _twisted(turned, relative[c], bones[c].segment, np.array(rest))

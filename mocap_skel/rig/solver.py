@@ -30,6 +30,7 @@ from mocap_skel.rig.blocks import (
     times_skew,
     transposed,
 )
+from mocap_skel.rig.freedoms import Freedom
 from mocap_skel.segments.pose import Array
 
 # Radians. A frame's step is no longer than this, so that a far start does not run away,
@@ -81,22 +82,6 @@ class Bones:
         assert depth == sorted(depth), "segments have to be breadth first"
         edges = [i for i, (a, b) in enumerate(pairwise([-1, *depth])) if a != b]
         return [slice(a, b) for a, b in pairwise([*edges, len(depth)])]
-
-
-@dataclass(frozen=True, eq=False)
-class Hinge:
-    """A joint that turns about one axis, more or less.
-
-    Attributes:
-        segment: the child's index.
-        above, below: (3,) the axis in the parent's and in the child's axes.
-        stiffness: against turns about other axes, 1 / radian².
-    """
-
-    segment: int
-    above: Array
-    below: Array
-    stiffness: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,12 +205,12 @@ class Problem:
 
     bones: Bones
     sums: Sums
-    hinges: tuple[Hinge, ...] = ()
+    freedoms: tuple[Freedom, ...] = ()
     pulls: tuple[Pull, ...] = ()
 
     def at(self, frames: NDArray[np.intp]) -> Problem:
         pulls = tuple(pull.at(frames) for pull in self.pulls)
-        return Problem(self.bones, self.sums.at(frames), self.hinges, pulls)
+        return Problem(self.bones, self.sums.at(frames), self.freedoms, pulls)
 
 
 def solve(problem: Problem, start: Poses, most: int = MOST_STEPS) -> Poses:
@@ -320,13 +305,10 @@ def _pulls(problem: Problem, turn: Array, resistance: float) -> tuple[Array, Arr
     # The root has no parent; a trace of it keeps a frame without any marker solvable.
     stiff[:, :, 0] *= 1e-6
     wanted = np.zeros((3, *turn.shape[2:]))
-    for hinge in problem.hinges:
-        above = apply(turn[:, :, bones.parents[hinge.segment]], hinge.above)
-        below = apply(turn[:, :, hinge.segment], hinge.below)
-        across = -hinge.stiffness * above[:, None] * above[None]
-        across += diagonal(np.full(turn.shape[3], hinge.stiffness))
-        stiff[:, :, hinge.segment] += across
-        wanted[:, hinge.segment] += apply(across, cross(below, above))
+    for freedom in problem.freedoms:
+        for segment, held, pulled in freedom.priors(turn, bones.parents):
+            stiff[:, :, segment] += held
+            wanted[:, segment] += pulled
     for pull in problem.pulls:
         goal = multiply(turn[:, :, bones.parents[pull.segment]], pull.turn)
         away = rotation_vector(multiply(goal, transposed(turn[:, :, pull.segment])))

@@ -131,6 +131,44 @@ def by_one_marker(marker: Array, link: Link, distance: float) -> Posed:
     return Posed(pose, place[None], joint)
 
 
+def by_line(points: Array, guide: int, posed: Posed, link: Link) -> Posed:
+    """Case 3 for several markers in line with the joint: each of them keeps its place on the line.
+
+    Args:
+        points: (frames, M, 3), metres, NaN = missing.
+        guide: the marker that the pose is of.
+        posed: the segment by that marker alone.
+        link: the joint and the axis.
+
+    Returns:
+        The segment with all markers, and with a pose also in frames that show only one of the others.
+
+    Example:
+        The second of two markers is missing in a frame, where the first one stands in for it.
+
+        >>> import numpy as np
+        >>> x = np.zeros((3, 2, 3)) + [[0, 0.1, 0], [0, 0.3, 0]]
+        >>> x[1, 1] = np.nan
+        >>> link = Link(np.zeros((3, 3)), np.zeros((3, 3)) + [0.0, 0.0, 1.0])
+        >>> posed = by_line(x, 1, by_one_marker(x[:, 1], link, 0.3), link)
+        >>> posed.template.round(9).tolist(), posed.pose.known.tolist()
+        ([[0.2, 0.0, 0.0], [0.0, 0.0, 0.0]], [True, True, True])
+    """
+    pose, joint = posed.pose, posed.joint
+    inside = pose.to_segment(points)
+    places = np.stack([middle(inside[:, m]) for m in range(points.shape[1])])
+    places[guide] = posed.template[0]
+    if joint is not None:
+        axis = middle(np.einsum("fji,fj->fi", pose.rotation, link.axis))
+        for m in np.argsort(-np.linalg.norm(places - joint, axis=1)).tolist():
+            if pose.known.all():
+                break
+            if np.isfinite(places[m]).all():
+                other = one_marker_pose(points[:, m], link.track, link.axis, places[m], joint, axis)
+                pose = filled(pose, other)
+    return Posed(pose, places, joint)
+
+
 def turned_with(parent: Pose, marker: Array, track: Array) -> Posed:
     """A segment that turns with its parent: where its one marker is too near to its joint to show a turn.
 

@@ -11,6 +11,7 @@ from mocap_skel.clip import Clip
 from mocap_skel.segments.noise import ClipNoise, clip_noise
 from mocap_skel.segments.pose import Array, Pose, by_rows
 from mocap_skel.segments.shape import Shape, find_shape, median
+from mocap_skel.segments.spikes import spikes
 from mocap_skel.segments.trouble import Mask, out_of_shape
 
 
@@ -149,9 +150,17 @@ def _seen(clip: Clip, columns: Mapping[str, int]) -> dict[str, int]:
 def _rigid(points: Array, search: bool) -> tuple[Array, Mask | None, tuple[Shape, Pose] | None]:
     """A segment's markers (frames, M, 3) without those out of shape, which those are, and the shape."""
     squares = left = None
+    if search and 1 <= points.shape[1] <= 2:
+        points, left = _less(points, left, spikes(by_rows(points)))
     if search and points.shape[1] >= 2:
         squares, out = out_of_shape(by_rows(points))
-        if out is not None:
-            left = out.T
-            points = np.where(left[..., None], np.nan, points)
+        points, left = _less(points, left, out)
     return points, left, find_shape(points, squares) if points.shape[1] >= 3 else None
+
+
+def _less(points: Array, left: Mask | None, out: Mask | None) -> tuple[Array, Mask | None]:
+    """Points (frames, M, 3) less the samples `out` (M, frames), and which are left out now, (frames, M)."""
+    if out is None:
+        return points, left
+    points = np.where(out.T[..., None], np.nan, points)
+    return points, out.T if left is None else left | out.T

@@ -213,11 +213,16 @@ def test_swapped_markers_are_not_called_shown(tmp_path):
     text = (ROOT / "association_files" / "cmu.txt").read_text()
     swapped = text.replace("LTHI  LTHI", "RTHI  LTHI").replace("RTHI  RTHI", "LTHI  RTHI")
     (tmp_path / "map.txt").write_text(swapped)
-    done = call("fit", ROM, "--assoc", "map.txt", "--json", cwd=tmp_path)
-    rows = {row["joint"]: row for row in map(json.loads, done.stdout.splitlines())}
-    for joint in ("LeftHip", "RightHip"):
-        assert rows[joint]["shown"] == "weak"
-        assert "swapped or wrongly assigned?" in rows[joint]["reason"]
+    for options, said in (
+        ((), "in doubt: {side}THI is left out, it looks exchanged"),
+        (("--trust-labels", "--overwrite"), "swapped or wrongly assigned?"),
+    ):
+        done = call("fit", ROM, "--assoc", "map.txt", "--json", *options, cwd=tmp_path)
+        assert "RTHI and LTHI look exchanged" in done.stderr
+        rows = {row["joint"]: row for row in map(json.loads, done.stdout.splitlines())}
+        for joint in ("LeftHip", "RightHip"):
+            assert rows[joint]["shown"] == "weak"
+            assert said.format(side=joint[0]) in rows[joint]["reason"]
 
 
 def test_a_wrong_sigma_cannot_run_away(tmp_path):

@@ -187,7 +187,7 @@ class TestChoose:
                 "csv",
                 {"axes": True},
                 TypeError,
-                "'axes' here: csv takes up, rigid, max_gap, smooth$",
+                "'axes' here: csv takes up, rigid, max_gap, smooth, rig$",
             ),
             (
                 ["csv", "c3d"],

@@ -33,7 +33,10 @@ def test_a_joint_is_a_ball_and_nothing_stands_unless_it_is_said(tmp_path):
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ('freedom = "screw"', "leg.toml:10:.*freedom is one of ball, hinge, not 'screw'"),
+        (
+            'freedom = "screw"',
+            "leg.toml:10:.*freedom is one of ball, hinge, universal, not 'screw'",
+        ),
         ('sole = ["TOE"]', "leg.toml:10:.*sole 'TOE' of 'Shank' is not one of its markers"),
         ("sole = 3", "leg.toml:10:.*sole: a list of names is needed"),
     ],

@@ -89,8 +89,8 @@ class TestCases:
         # in the constant; the fit's own error bar comes on top.
         assert error <= 3 * 0.0003 + 3 * np.sqrt(np.trace(elbow.covariance))
 
-    def test_of_two_markers_in_line_with_the_joint_the_one_seen_most_counts(self, tmp_path):
-        """They and the joint are no three points."""
+    def test_two_markers_in_line_with_the_joint_both_keep_their_places(self, tmp_path):
+        """They and the joint are no three points, so the pose is of one; the other stands on the same line."""
         line = {**ARM_MARKERS, "U1": ("Upper", (0.02, 0, -0.10)), "U2": ("Upper", (0.04, 0, -0.20))}
         del line["U3"]
         ranges = {"Trunk": ((-20, 20),) * 3, "Upper": BALL, "Fore": BALL, "Hand": BALL}
@@ -101,8 +101,13 @@ class TestCases:
         for rare, often in (("U1", "U2"), ("U2", "U1")):
             seen_less = without_markers(recording, rare, frames=part)
             fit = fit_recording(seen_less, association(ARM, line, tmp_path))
-            assert list(fit.segments["Upper"].template) == [often]
-            assert fit.segments["Upper"].pose.known.all()
+            upper = fit.segments["Upper"]
+            assert set(upper.template) == {rare, often}
+            # By the generator: 10.2 and 20.4 cm from the joint.
+            for marker, away in (("U1", 0.1), ("U2", 0.2)):
+                distance = np.linalg.norm(upper.template[marker] - upper.joint)
+                assert distance == pytest.approx(np.hypot(away, away / 5), abs=0.001)
+            assert upper.pose.known.all()
 
     def test_drop_outs_that_leave_two_markers_change_nothing_without_noise(self, arm):
         gone = slice(100, 150)

@@ -173,7 +173,6 @@ class TestResampleStudy:
             {"job": replace(JOB, sigma=0.002)},
             {"job": replace(JOB, noise="matrix")},
             {"job": replace(JOB, pose="triad")},
-            {"job": replace(JOB, unit="cm")},
             {"job": replace(JOB, association=other_columns(tmp_path / "labels"))},
             {"clip": another_of_that_name(tmp_path / "clips")},
         ):

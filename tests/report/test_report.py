@@ -20,10 +20,11 @@ from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, re
 from mocap_skel.report.coverage import RADIUS, flattened
 from mocap_skel.report.html import PageContent, page
 from mocap_skel.report.looks import LOOKS, style_of_verdicts
+from mocap_skel.report.moving import moving
 from mocap_skel.report.scene import MISSING, MOST_STEPS, STEP, pack, step_of, steps_of, unpack
 from mocap_skel.report.view import view_of
 from mocap_skel.results.tables import joint_rows
-from mocap_skel.results.verdict import verdict
+from mocap_skel.results.verdict import in_short, verdict
 
 NASTY = '</script><img src=x onerror=alert(1)>\u202e"&\ud800'
 in_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
@@ -98,13 +99,14 @@ def test_the_numbers_on_the_page_are_the_tracks_to_half_a_step(name):
     lab = np.where(
         positions == MISSING, np.nan, positions * STEP + np.array(about["middle"])[:, None]
     )
-    tracks = [track for _, track in one.fit.tracks()]
+    played = moving(one.fit).fit
+    tracks = [track for _, track in played.tracks()]
     markers = [one.clip.points[:, marker["column"]] for marker in about["markers"]]
     # Half a step, and the middle's own micrometre.
     np.testing.assert_allclose(lab, np.stack([*tracks, *markers]), atol=STEP / 2 + 1e-6)
     axes = rows[3 * about["points"] :].reshape(-1, 2, 3, about["frames"])
     for segment, xy in zip(about["segments"], axes, strict=True):
-        there = one.fit.segments[segment].pose.rotation[:, :, :2].transpose(2, 1, 0)
+        there = played.segments[segment].pose.rotation[:, :, :2].transpose(2, 1, 0)
         np.testing.assert_allclose(
             np.where(xy == MISSING, np.nan, xy / MOST_STEPS), there, atol=0.51 / MOST_STEPS
         )
@@ -144,7 +146,7 @@ def test_nothing_out_of_a_file_becomes_markup_or_script():
     readable = escape(NASTY.replace("\u202e", "\ufffd").replace("\ud800", "\ufffd"))
     for place in (
         f" · {readable}</h1>", f"<button>{readable}</button>",
-        f"<td>{readable}</td>", f"<b>{readable}</b>", f'">{readable}</span>',
+        f'<td data-head="why">{readable}</td>', f"<b>{readable}</b>", f'">{readable}</span>',
         f"<dd>{readable}</dd>", f"<li>{readable}</li>",
     ):  # fmt: skip
         assert place in html, place
@@ -172,6 +174,7 @@ def test_the_page_has_verdict_table_notes_and_facts():
     html = page(one)
     sentences = "<br>".join(escape(sentence) for sentence in verdict(one.fit, joint_rows(one.fit)))
     assert f'<p id="verdict">{sentences}</p>' in html
+    assert f'<p id="short">{escape(in_short(one.fit))}' in html
     for joint in one.fit.joints:
         assert f"<button>{joint.joint}</button>" in html
         assert f"<b>{joint.joint}</b>" in html
@@ -310,6 +313,71 @@ def test_it_plays_in_a_real_browser(tmp_path):
         assert browser.requests == [path.resolve().as_uri()]
 
 
+def test_the_page_plays_the_rigid_figure_and_marks_what_was_filled_in_it():
+    one = shown("gaps")
+    html = page(one)
+    played = moving(one.fit)
+    tracks = dict(played.fit.tracks())
+    thigh = np.linalg.norm(tracks["LeftHip"] - tracks["LeftKnee"], axis=1)
+    assert np.ptp(thigh) < 1e-9 and np.isfinite(thigh).all()
+    about, _ = rows_of(html)
+    assert about["floor"] == pytest.approx(played.animation.feet.floor, abs=1e-4)
+    said = [b for b in played.animation.motion.bridges if b.by == "motion"]
+    guessed = [(start, stop) for start, stop, words in about["bands"] if words[:7] == "guessed"]
+    first = one.clip.first_frame
+    assert said and all(
+        any(start <= b.start + first and b.stop + first <= stop for start, stop in guessed)
+        for b in said
+    )
+    for start, _, words in about["bands"]:
+        kind = words.partition(":")[0]
+        assert f'<rect class="{kind}" data-frame="{start}"' in html
+    assert 'class="alarm" data-head="guessed s"><span class="sign">▲</span>' in html
+
+
+def test_where_no_two_frames_show_a_whole_figure_the_page_has_the_free_poses():
+    one = shown("nearly_still")
+    for_one_frame = dataclasses.replace(
+        one.fit, segments={}, joints=(), frame_numbers=one.fit.frame_numbers
+    )
+    played = moving(for_one_frame)
+    assert played.fit is for_one_frame and played.quality is None and played.floor is None
+    assert "free poses" in played.notes[0]
+
+
+@in_chromium
+def test_a_phone_sees_the_standard_errors_and_the_figure_fills_the_view(tmp_path):
+    path = tmp_path / "page.html"
+    path.write_text(page(shown("gaps")), encoding="utf-8")
+    with Browser(tmp_path / "profile", 360, 740) as browser:
+        browser.open(path)
+        browser.run("mocapSkel.play(false); mocapSkel.go(0)")
+        browser.wait("mocapSkel.drawn === 0")
+        # Nothing is cut off at the right, and each joint's error is inside the window.
+        assert browser.run("document.documentElement.scrollWidth") == 360
+        errors = browser.run(
+            "[...document.querySelectorAll('#joint-table td[data-head=\"s.e. mm\"]')].map((cell) => "
+            "[cell.getBoundingClientRect().left, cell.getBoundingClientRect().right])"
+        )
+        assert len(errors) == 14
+        assert all(0 < left < right <= 360 for left, right in errors)
+        browser.run("document.querySelector('rect.repaired').dispatchEvent(new Event('click'))")
+        browser.wait("mocapSkel.drawn > 0")
+        assert "repaired" in browser.run("document.querySelector('#done').textContent")
+        path.write_text(page(shown("nearly_still")), encoding="utf-8")
+        browser.open(path)
+        box = browser.run(
+            "(() => { const { stage } = mocapSkel; const at = stage.figure.places.map((p) => stage.screen(p));"
+            "const x = at.map((p) => p[0]), y = at.map((p) => p[1]);"
+            "return [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y),"
+            "stage.view.clientWidth, stage.view.clientHeight] })()"
+        )
+        left, right, top, bottom, width, height = box
+        assert left >= 0 and right <= width and top >= 0 and bottom <= height
+        assert max((right - left) / width, (bottom - top) / height) > 0.6
+        assert browser.messages == []
+
+
 @in_chromium
 def test_the_page_looks_at_the_figure_as_pictures_do(tmp_path):
     one = shown("range_of_motion")
@@ -329,7 +397,7 @@ def test_the_page_looks_at_the_figure_as_pictures_do(tmp_path):
                 "return [stage.camera.position.clone().sub(stage.controls.target).normalize().toArray(),"
                 f"...{hips}.map((i) => stage.screen(stage.figure.places[i])[0])] }})()"
             )
-            view = view_of(name, [one.fit], [0])
+            view = view_of(name, [moving(one.fit).fit], [0])
             # The page's front and side are 0.05 of their distance, 3 degrees, above the horizon.
             angle = np.degrees(np.arccos(min(1.0, towards @ view.axes[2])))
             assert angle < (3.0 if name in ("front", "side") else 0.5), name

@@ -66,7 +66,7 @@ def test_of_a_long_clip_every_third_frame_is_shown(monkeypatch):
 @pytest.mark.parametrize(("lowest", "floor"), [(-0.2, -0.2), (-0.04, 0.0), (0.14, 0.0), (0.5, 0.5)])
 def test_the_floor_is_zero_or_the_lowest_place_of_the_figure(lowest, floor):
     heights = np.array([*[[lowest, 1.0]] * 3, [np.nan, 1.7]])
-    assert scenes._floor(heights) == pytest.approx(floor)
+    assert scenes.floor_height(heights) == pytest.approx(floor)
 
 
 def test_a_bone_has_the_verdict_of_the_worse_of_its_ends():

@@ -114,8 +114,15 @@ class TestCheck:
 
     def test_a_clip_that_hardly_moves_tells_nothing(self, tmp_path):
         standing = record(human(), marker_set("cmu"), still(5, 60, seed=3), Faults(sigma=0.001))
-        found = check(standing, association(tmp_path, ("LTHI", "RTHI")))
+        found = check(standing, association(tmp_path, ("LWRA", "LWRB")))
         assert found.still and "moves too little" in found.summary()
+
+    def test_what_needs_no_movement_is_told_all_the_same(self, tmp_path):
+        standing = record(human(), marker_set("cmu"), still(5, 60, seed=3), Faults(sigma=0.001))
+        found = check(standing, association(tmp_path, ("LTHI", "RTHI")))
+        assert verdicts(found) == {"LTHI": ("swapped", "RTHI"), "RTHI": ("swapped", "LTHI")}
+        standing.points[..., 0] *= -1
+        assert "the body is mirrored" in check(standing, association(tmp_path)).summary()
 
     def test_markers_that_are_never_seen_are_said_to_be(self, tmp_path):
         recording = faulty(3, lost=("LTOE", "LMT5", "RFIN"))

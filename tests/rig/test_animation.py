@@ -9,7 +9,6 @@ from recordings import fit_recording
 from mocap_skel.artificial import Faults, human, marker_set, record, walk
 from mocap_skel.rig.animation import Choice, animate, animation_notes
 from mocap_skel.rig.feet import point_track, speed
-from mocap_skel.rig.quality import quality_of
 from mocap_skel.rig.rigid_fit import rigid_fit
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -104,28 +103,3 @@ def test_as_a_fit_again_it_has_constant_bones_and_the_evidence_of_the_fit():
     for name, track in tracks.items():
         assert np.nanmedian(np.linalg.norm(track - free[name], axis=1)) < 0.015, name
     assert [j.shown for j in made.joints] == [j.shown for j in fit().joints]
-
-
-def test_the_quality_names_where_to_look():
-    made = animation(smooth=0.0)
-    found = quality_of(made)
-    joints = made.motion.poses.joints(made.motion.model.bones)
-    every = []
-    for s, (place, points) in enumerate(
-        zip(made.motion.model.bones.places, made.motion.model.points, strict=True)
-    ):
-        own = np.einsum("ijf,mj->fmi", made.motion.poses.turn[:, :, s], place)
-        every.append(((own + joints[:, s].T[:, None] - points) ** 2).sum(axis=2))
-    means = [float(np.mean(square)) for square in every]
-    total = np.concatenate([square.ravel() for square in every]).mean()
-    np.testing.assert_allclose(found.residual, np.sqrt(total), rtol=1e-12)
-    worst = made.motion.model.segments[int(np.argmax(means))].name
-    assert found.worst[0] == worst
-    np.testing.assert_allclose(found.worst[1], np.sqrt(max(means)), rtol=1e-12)
-    joint, speed, frame = found.fastest
-    s = [x.joint for x in made.motion.model.segments].index(joint)
-    turn = made.motion.poses.local(made.motion.model.bones, s)[..., [frame - 2, frame - 1]]
-    cosine = (np.trace(turn[..., 0].T @ turn[..., 1]) - 1) / 2
-    np.testing.assert_allclose(np.degrees(np.arccos(cosine)) * 100, speed, rtol=1e-6)
-    assert found.floor < 0.01
-    assert "mm from the floor" in str(found)

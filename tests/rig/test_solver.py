@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from mocap_skel.rig.freedoms import Hinge
 from mocap_skel.rig.solver import (
     Bones,
-    Hinge,
     Poses,
     Problem,
     Pull,

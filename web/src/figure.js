@@ -1,9 +1,10 @@
 // The figure of one frame: joints, bones, markers and error ellipsoids as three.js objects.
 import {
-  BufferGeometry, Color, CylinderGeometry, DynamicDrawUsage, Float32BufferAttribute, Group, IcosahedronGeometry,
-  InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial,
+  BufferGeometry, Color, CylinderGeometry, Float32BufferAttribute, Group, IcosahedronGeometry,
+  LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial,
   OctahedronGeometry, Quaternion, SphereGeometry, Vector3,
 } from 'three';
+import { instances } from './instances.js';
 
 // Shares of the figure's reach: a hand is drawn as fine as a whole body.
 const JOINT = 0.022;
@@ -32,25 +33,15 @@ export class Figure {
     this.balls = Object.entries(SHAPES).map(([verdict, shape]) => {
       const mine = joints.map((joint, i) => [joint, i]).filter(([joint]) => joint.shown === verdict).map(([, i]) => i);
       const material = verdict === 'no' ? new MeshBasicMaterial({ wireframe: true }) : new MeshLambertMaterial();
-      return { verdict, mine, mesh: this.#instances(shape(JOINT * reach), material, mine.length) };
+      return { verdict, mine, mesh: instances(this.group, shape(JOINT * reach), material, mine.length) };
     });
-    this.bones = this.#instances(new CylinderGeometry(BONE * reach, BONE * reach, 1, 8), new MeshLambertMaterial(), bones.length);
-    this.markers = this.#instances(new IcosahedronGeometry(MARKER * reach, 1), new MeshLambertMaterial(), markers.length);
+    this.bones = instances(this.group, new CylinderGeometry(BONE * reach, BONE * reach, 1, 8), new MeshLambertMaterial(), bones.length);
+    this.markers = instances(this.group, new IcosahedronGeometry(MARKER * reach, 1), new MeshLambertMaterial(), markers.length);
     this.ellipsoids = joints.map((joint) => joint.ellipsoid && this.#ellipsoid(joint));
     this.spokes = new LineSegments(new BufferGeometry(), new LineBasicMaterial());
     this.spokes.frustumCulled = false;
     this.ring = new Mesh(new IcosahedronGeometry(1.9 * JOINT * reach, 1), new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.45 }));
     this.group.add(this.spokes, this.ring);
-  }
-
-  #instances(geometry, material, count) {
-    const mesh = new InstancedMesh(geometry, material, Math.max(count, 1));
-    mesh.count = count;
-    mesh.instanceMatrix.setUsage(DynamicDrawUsage);
-    // The bounds that culling goes by are those of the first frame.
-    mesh.frustumCulled = false;
-    this.group.add(mesh);
-    return mesh;
   }
 
   #ellipsoid(joint) {

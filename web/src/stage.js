@@ -3,14 +3,15 @@ import {
   Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { extent } from './extent.js';
-import { Figure } from './figure.js';
+import { extent, most } from './extent.js';
 
+// The share of the view's height or width that the figure fills.
+const FILLS = 0.9;
 const COLOURS = ['view', 'grid', 'marker', 'other', 'pick', 'left-out'];
 
 export class Stage {
-  /** Throws where the browser has no WebGL. */
-  constructor(data, view) {
+  /** Throws where the browser has no WebGL. `Figure` is the class of what moves on it. */
+  constructor(data, view, Figure) {
     this.data = data;
     this.view = view;
     this.extent = extent(data);
@@ -89,29 +90,34 @@ export class Stage {
       top: this.up.clone().addScaledVector(front, -0.001),
       start: front.clone().addScaledVector(right, 0.7).addScaledVector(this.up, 0.33),
     }[from].normalize();
-    const narrow = Math.min(1, 1.25 * this.camera.aspect);
-    const distance = (1.08 * this.extent.reach) / Math.sin((this.camera.fov * Math.PI) / 360) / narrow;
     const target = this.#middle();
     this.controls.target.copy(target);
-    this.camera.position.copy(target).addScaledVector(away, distance);
-    this.followed = null;
+    this.camera.position.copy(target).addScaledVector(away, this.#distance(away));
+    this.followed = this.#root(this.frame);
     this.controls.update();
     this.stale = true;
   }
 
-  /** The middle of what is seen of the figure in this frame, or of its whole way. */
+  /** How far away the camera sees the whole figure, but for the wildest frames. */
+  #distance(away) {
+    const { poses, middle, reach } = this.extent;
+    const tall = FILLS * Math.tan((this.camera.fov * Math.PI) / 360);
+    const wide = tall * this.camera.aspect;
+    const right = new Vector3().crossVectors(this.up, away).normalize();
+    const up = new Vector3().crossVectors(away, right);
+    const point = new Vector3();
+    const needed = poses.map((pose) => Math.max(...pose.map((one) => {
+      point.subVectors(one, middle);
+      return point.dot(away) + Math.max(Math.abs(point.dot(right)) / wide, Math.abs(point.dot(up)) / tall);
+    })));
+    return Math.max(most(needed, 0.97) ?? 2 * reach / Math.min(tall, wide), 3 * this.camera.near);
+  }
+
+  /** The middle of the figure's box, about its root in this frame; where it is not seen, of its whole way. */
   #middle() {
-    const low = new Vector3(Infinity, Infinity, Infinity);
-    const high = low.clone().negate();
-    const at = new Vector3();
-    for (const { from, to } of this.data.about.bones) {
-      for (const end of [from, to]) {
-        if (!this.data.point(end, this.frame, at)) continue;
-        low.min(at);
-        high.max(at);
-      }
-    }
-    return low.x > high.x ? this.extent.low.clone().lerp(this.extent.high, 0.5) : low.lerp(high, 0.5);
+    const at = this.#root(this.frame);
+    if (at) return at.add(this.extent.middle);
+    return this.extent.low.clone().lerp(this.extent.high, 0.5);
   }
 
   /** Draws a frame. */
@@ -125,9 +131,15 @@ export class Stage {
     this.stale = false;
   }
 
-  #keepUp(frame) {
+  /** Where the root is in a frame; null where it is not seen. */
+  #root(frame) {
     const at = new Vector3();
-    if (!this.follow || !this.data.point(this.data.about.root, frame, at)) return;
+    return this.data.point(this.data.about.root, frame, at) ? at : null;
+  }
+
+  #keepUp(frame) {
+    const at = this.follow && this.#root(frame);
+    if (!at) return;
     if (this.followed) {
       const moved = at.clone().sub(this.followed);
       this.controls.target.add(moved);
@@ -154,9 +166,9 @@ export class Stage {
     });
   }
 
-  /** What lies nearest to a place on the screen: { kind, index } or null. */
-  nearest(x, y) {
-    let best = 14;
+  /** What lies nearest to a place on the screen, at most so many pixels away: { kind, index } or null. */
+  nearest(x, y, within = 14) {
+    let best = within;
     let found = null;
     const look = (kind, places, allowed) => places.forEach((one, index) => {
       const at = allowed(index) ? this.screen(one) : null;

@@ -13,8 +13,17 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError
 from mocap_skel.figure.skeleton import STANDARD, Skeleton, shipped_skeletons
 from mocap_skel.labels.association import Association, Rule, check_subject
-from mocap_skel.labels.guess.motion import Verdict, weigh
-from mocap_skel.labels.guess.names import HIGH, LIKELY, OPEN, UNSURE, NameGuess, guess_names
+from mocap_skel.labels.guess.dialects import dialects
+from mocap_skel.labels.guess.motion import MOVES, Verdict, weigh
+from mocap_skel.labels.guess.names import (
+    HIGH,
+    LIKELY,
+    OPEN,
+    UNSURE,
+    NameGuess,
+    guess_names,
+    meanings,
+)
 from mocap_skel.labels.guess.rigid import distances
 from mocap_skel.text import counted, listed
 
@@ -34,7 +43,7 @@ class Line:
 
     Attributes:
         label: without the subject.
-        marker: the standard marker, or a name of its own; "" where nothing is guessed.
+        marker: the standard marker, the landmark, or a name of its own; "" where nothing is guessed.
         segment: "" where nothing is guessed.
         standard: whether `marker` is one of the skeleton's.
         confidence: "high", "likely", "unsure" (not to be used unasked) or "open".
@@ -254,17 +263,22 @@ def _agreed(verdicts: list[Verdict]) -> Verdict:
 def _lines(verdicts: list[Verdict], skeleton: Skeleton) -> list[Line]:
     """One line for each label, with a marker's name that no other has."""
     standard = skeleton.segment_of
+    known = {**dialects().landmarks, **standard}
     taken = {v.guess.marker for v in verdicts if v.guess.marker}
     rank = {s.name: i for i, s in enumerate(skeleton.segments)}
     lines = []
     for verdict in verdicts:
         guess = verdict.guess
-        # A segment by motion alone has no standard place on it.
-        has = bool(guess.marker) and standard.get(guess.marker) == guess.segment
+        # A segment by motion alone has no standard place on it, unless the name can be one there.
+        has = bool(guess.marker) and known.get(guess.marker) == guess.segment
         name = guess.marker if has else ""
-        if guess.segment and not has:
+        if not name and guess.confidence == LIKELY and MOVES in guess.reason:
+            there = (m for s, m in meanings(guess.label) if s == guess.segment and m not in taken)
+            name = next(there, "")
+            taken.add(name)
+        if guess.segment and not name:
             name = guess.label
-            while name in taken or name in standard:
+            while name in taken or name in known:
                 name += "_own"
             taken.add(name)
         confidence, reason = guess.confidence, guess.reason
@@ -274,7 +288,7 @@ def _lines(verdicts: list[Verdict], skeleton: Skeleton) -> list[Line]:
             reason += "; a label with a quote cannot stand in a file"
         lines.append(
             Line(
-                guess.label, name, guess.segment, has, confidence, reason,
+                guess.label, name, guess.segment, name in standard, confidence, reason,
                 verdict.contradicted, guess.lost, guess.computed,
             )
         )  # fmt: skip

@@ -19,25 +19,29 @@ class Place:
 
     Attributes:
         segment: of the standard human, with {Side} where the label must tell it.
-        marker: the standard marker there, with {s} for the side; "" for none.
+        marker: the standard marker or landmark there, with {s} for the side; "" for none.
         side: the only side that has it, "" for any.
+        middle: the landmark of a label without a side, "" for none.
     """
 
     segment: str
     marker: str
     side: str
+    middle: str = ""
 
     @property
     def sided(self) -> bool:
         return "{" in self.segment
 
     def named(self, side: str) -> tuple[str, str]:
-        """The segment and the standard marker ("" for none) on a side: "L", "R" or "".
+        """The segment and the standard marker or landmark ("" for none) on a side: "L", "R" or "".
 
         >>> Place("Upper{Side}Leg", "{s}KNE", "").named("L")
         ('UpperLeftLeg', 'LKNE')
         """
         long = {"L": "Left", "R": "Right", "": ""}[side]
+        if not side and self.middle:
+            return self.segment, self.middle
         # A marker of the middle is neither the left one nor the right one, and the reverse.
         fits = bool(side) == ("{" in self.marker) or (side and side == self.side)
         return self.segment.format(Side=long), self.marker.format(s=side) if fits else ""
@@ -79,6 +83,28 @@ class Either:
 
 
 @dataclass(frozen=True)
+class Pair:
+    """Two landmarks on either side of a joint. In all names {s} is the side and {o} the other one.
+
+    Attributes:
+        joint: in plain words, without the side.
+        lateral, medial: the landmarks.
+        toward: sets of landmarks to which the medial one is nearer; the first of which a clip has one counts.
+        bend: on the left, 1 if the medial one lies to the side of (bone above) × (bone below), -1 if to the
+            other one; 0 for a joint whose bend does not tell.
+        upper, lower: sets of landmarks at the bones' other ends, likewise.
+    """
+
+    joint: str
+    lateral: str
+    medial: str
+    toward: tuple[tuple[str, ...], ...]
+    bend: int
+    upper: tuple[tuple[str, ...], ...]
+    lower: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
 class Dialects:
     """The whole table.
 
@@ -92,7 +118,10 @@ class Dialects:
         codes: code without side → its places, the best spelling first.
         clusters: stem of numbered codes → the places of the cluster.
         phrases: words that together name a place.
+        there: words that name a place only if the segment is known from elsewhere.
         letters: letters that a clip must have → letter of a cluster → its place.
+        landmarks: every standard marker and landmark of the table → its segment.
+        pairs: landmarks on either side of a joint.
     """
 
     sides: dict[str, str]
@@ -106,7 +135,10 @@ class Dialects:
     codes: dict[str, list[Code]] = field(default_factory=dict)
     clusters: dict[str, list[Place]] = field(default_factory=dict)
     phrases: list[tuple[frozenset[str], Place]] = field(default_factory=list)
+    there: list[tuple[frozenset[str], Place]] = field(default_factory=list)
     letters: list[tuple[frozenset[str], dict[str, Place]]] = field(default_factory=list)
+    landmarks: dict[str, str] = field(default_factory=dict)
+    pairs: list[Pair] = field(default_factory=list)
 
 
 @cache
@@ -130,7 +162,8 @@ def dialects() -> Dialects:
     )
     rank = 0
     for entry in data["place"]:
-        place = Place(entry["segment"], entry.get("marker", ""), entry.get("side", ""))
+        keys = ("marker", "side", "middle")
+        place = Place(entry["segment"], *(entry.get(key, "") for key in keys))
         needs = entry.get("with", {})
         doubtful = entry.get("likely", [])
         for code in [*entry["codes"], *doubtful]:
@@ -142,7 +175,20 @@ def dialects() -> Dialects:
         for stem in entry.get("cluster", []):
             found.clusters.setdefault(stem, []).append(place)
         found.phrases.extend((frozenset(phrase.split()), place) for phrase in entry["words"])
+        found.there.extend((frozenset(p.split()), place) for p in entry.get("there", ()))
+        for side in ("L", "R") if "{" in place.marker else (place.side,):
+            segment, marker = place.named(side)
+            found.landmarks[marker] = segment
+    found.landmarks.pop("", None)
     for entry in data["letters"]:
         places = {letter: Place(s, "", "") for letter, s in entry["segments"].items()}
         found.letters.append((frozenset(entry["has"]), places))
+    for entry in data["pair"]:
+        sets = (
+            tuple(tuple(names) for names in entry.get(key, ()))
+            for key in ("toward", "upper", "lower")
+        )
+        toward, upper, lower = sets
+        names = (entry["joint"], entry["lateral"], entry["medial"])
+        found.pairs.append(Pair(*names, toward, entry.get("bend", 0), upper, lower))
     return found

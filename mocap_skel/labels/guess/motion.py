@@ -37,6 +37,8 @@ BODY = 1.0
 EACH, BOTH = 1.05, 2.0
 # Share of the clip's frames that show a marker together with its segment's others.
 LEAST_SEEN = 0.05
+# What the reason of a marker says that its movement has placed.
+MOVES = "keeps its distance to"
 
 
 @dataclass(frozen=True)
@@ -146,7 +148,7 @@ class _Judge:
         if alone and guess.segment != segment:
             reason = f"{guess.reason}; moves with {segment}, but so might {alone[0]}"
             return replace(guess, reason=reason)
-        moves = f"keeps its distance to {segment} within {1e3 * best:.1f} mm"
+        moves = f"{MOVES} {segment} within {1e3 * best:.1f} mm"
         return replace(guess, segment=segment, confidence=LIKELY, reason=f"{guess.reason}; {moves}")
 
     def lost(self, i: int, guess: NameGuess) -> Verdict | None:
@@ -206,7 +208,7 @@ class _Judge:
                     replace(guess, confidence=UNSURE, reason=reason), guess.confidence == HIGH
                 )
             return Verdict(replace(guess, confidence=LIKELY, reason=reason))
-        if "keeps its distance" in guess.reason:
+        if MOVES in guess.reason:
             return Verdict(guess)
         if own < RIGID and own <= CLEARLY * best and far[0] > max(CLEARLY * own, SHOWN):
             reason = f"{guess.reason}; moves with it ({1e3 * own:.1f} mm)"

@@ -13,6 +13,8 @@ from mocap_skel.labels.guess.dialects import Code, Dialects, Place, dialects
 HIGH, LIKELY, UNSURE, OPEN = "high", "likely", "unsure", "open"
 # Camel case, capitals in front of a capitalised word, numbers.
 _TOKEN = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
+# PELVIS_X: the tip of a segment's axis, where the clip has another axis of it too.
+_AXIS = re.compile(r"(.+)[ _.-]([XYZ])", re.I)
 _LETTER = re.compile(r"([LR])([A-Z])_?(\d+)$")
 # What readers and labelling software make of a marker that stands in the file more than once.
 _DOUBLE = re.compile(r"(.*\D\d*)[_-]\d+$")
@@ -34,10 +36,10 @@ class NameGuess:
     Attributes:
         label: without its subject.
         segment: of the standard human, "" for nothing.
-        marker: the standard marker, "" for none.
+        marker: the standard marker or landmark, "" for none.
         confidence: HIGH, LIKELY, UNSURE (a guess that is not to be used unasked) or OPEN.
         reason: in plain words.
-        rank: of several labels for one standard marker, the one with the smallest rank gets it.
+        rank: of several labels for one marker, the one with the smallest rank gets it.
         computed: the name of a point that a model computed.
         double_of: the label of which this is another copy in the file, "" for none.
         lost: it keeps its distance to no part of the body, so it is another body's.
@@ -76,6 +78,31 @@ def guess_names(
     return _one_each({label: known.guess(label) for label in dict.fromkeys(labels)})
 
 
+@lru_cache(4096)
+def meanings(label: str) -> tuple[tuple[str, str], ...]:
+    """(segment, standard marker or landmark) of all that a label may be, the likeliest first.
+
+    The other labels of a clip do not matter here: who asks knows the segment from elsewhere.
+
+    >>> meanings("LLE")
+    (('UpperLeftLeg', 'LKNE'),)
+    """
+    known = _Labels([label], {})
+    found = [
+        code.place.named(side)
+        for side, rest, _ in known._candidates(label)
+        for code in known.table.codes.get(rest, [])
+        if not (code.middle and side) and (side or not code.place.sided)
+    ]
+    by_words = known._by_words(label)
+    if by_words and by_words.confidence != UNSURE:
+        found.append((by_words.segment, by_words.marker))
+    words, side, _, unknown = known._words(label)
+    if side and not unknown:
+        found += [place.named(side) for phrase, place in known.table.there if phrase == words]
+    return tuple(dict.fromkeys((segment, marker) for segment, marker in found if marker))
+
+
 def tokens(label: str) -> list[str]:
     """Split a label into its words and numbers, in small letters.
 
@@ -106,6 +133,9 @@ class _Labels:
             stem = _stem(code)
             if stem != code:
                 self.numbered[stem].add(code)
+        self.tips: dict[str, set[str]] = defaultdict(set)
+        for tip in filter(None, map(_AXIS.fullmatch, labels)):
+            self.tips[tip[1].upper()].add(tip[2].upper())
         letters = {m[2] for code in self.all if (m := _LETTER.match(code)) and self._many(code)}
         self.letters: dict[str, Place] = next(
             (places for has, places in self.table.letters if has <= letters), {}
@@ -140,6 +170,8 @@ class _Labels:
         return ""
 
     def _computed(self, label: str) -> str:
+        if (tip := _AXIS.fullmatch(label)) and len(self.tips[tip[1].upper()]) >= 2:
+            return "the tip of an axis by its name"
         words = tokens(label)
         code = _code(label)
         rests = {rest for _, rest, _ in self._sides(code)} | {code}
@@ -206,13 +238,19 @@ class _Labels:
         if len(sides) == 1 and len(spelled) > 1 and not self.pair:
             # The side stands as a word of its own, wherever: that beats any letter.
             side = sides.pop()
-            for words in (spelled, said):
-                rest = "".join(t for t in words if t not in self.table.sides).upper()
-                found.insert(1, (side, rest, False))
+            # RKneeM is medial and LKneeL lateral, before the letters are noise and side.
+            rests = dict.fromkeys(r for words in (spelled, said) for r in self._without_side(words))
+            found[1:1] = [(side, rest, False) for rest in rests]
             return [c for c in found if c[0] in ("", side)]
         if len(said) < len(spelled):
             found += self._sides("".join(said).upper())
         return found
+
+    def _without_side(self, words: list[str]) -> list[str]:
+        """The code of a label's words without its side: without the first, the last, and all words that tell it."""
+        at = [i for i, word in enumerate(words) if word in self.table.sides]
+        drop = [at[:1], at[-1:], at]
+        return ["".join(w for i, w in enumerate(words) if i not in out).upper() for out in drop]
 
     def _readings(
         self, side: str, rest: str, whole: str
@@ -262,7 +300,7 @@ class _Labels:
         if "5" in numbers and words & {"metatarsal", "toe", "hand"}:
             words.add("fifth")
         elif numbers and words & {"metatarsal"}:
-            words.add("first")
+            words.add({"1": "first", "2": "second"}.get(numbers[0], "third"))
         fitting = [
             (len(phrase), -len(words - phrase), -i)
             for i, (phrase, place) in enumerate(self.table.phrases)
@@ -276,7 +314,7 @@ class _Labels:
         if place.sided and not side:
             return NameGuess(label, "", "", OPEN, f"{said}: the name does not tell the side")
         segment, marker = place.named(side)
-        if numbers and not words & {"fifth", "first"}:
+        if numbers and not words & {"fifth", "first", "second"}:
             marker = ""
         if unknown:
             reason = f"{said}, but what is {unknown[0]!r}?"

@@ -1,0 +1,53 @@
+"""mocap-skel assoc page: one HTML page to see which marker is which, to correct it, and to save it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Unpack
+
+import click
+
+from mocap_skel.cli import options, say
+from mocap_skel.cli.jobs import Looked, looked_at
+
+
+@click.command("page", epilog="Example: mocap-skel assoc page walk.c3d -o page.html")
+@options.clip
+@options.which
+@click.option(
+    "-o", "--output", metavar="FILE", required=True, type=click.Path(path_type=Path),
+    help="The page.",
+)  # fmt: skip
+@options.overwrite
+@options.reading
+@options.quiet
+def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpack[Looked]) -> int:
+    """Make a page on which you see CLIP's markers move, correct which is which, and save the association file.
+
+    The page is one file that needs no network: open it in a browser. Markers have the colour of the segment
+    that the guess, or MAP, gives them; what is in doubt is listed with its reason. Pick markers, choose
+    their name or segment, and see whether the segment becomes more rigid. Save map.txt there, and then:
+    mocap-skel fit CLIP --assoc map.txt
+    """
+    from mocap_skel.export.files import check_free, write_all
+    from mocap_skel.labels.guess import repeated
+    from mocap_skel.report.assoc_page import assoc_page
+    from mocap_skel.results.assoc_start import start_from_file, start_from_guess
+    from mocap_skel.text import counted
+
+    inputs = [clip, *(Path(n) for n in (told["association"], told["skeleton"]) if n)]
+    check_free([output], overwrite, inputs)
+    read, association = looked_at(clip, told)
+    if association is None:
+        how = repeated(told["subject"], told["unit"], told["rate"], salvage=told["salvage"])
+        start = start_from_guess(read, told["skeleton"], told["subject"], how)
+    else:
+        start = start_from_file(read, association, told["subject"])
+    write_all({output: assoc_page(read, start)}, overwrite, inputs)
+    say(f"wrote {output}")
+    if not quiet:
+        click.echo(f"mocap-skel: {clip}: {start.said}", err=True)
+        if start.doubts:
+            doubts = counted(len(start.doubts), "doubt")
+            click.echo(f"mocap-skel: {clip}: {doubts}, listed on the page", err=True)
+    return 0
