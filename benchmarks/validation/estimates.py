@@ -116,7 +116,9 @@ class Subject:
             other = _part(child.pose, part)
             out["SCoRE"] = published.score_track(pose, other, published.score(pose, other))
             point, axis = published.sara(pose, other)
-            middle = np.nanmean(np.concatenate([inside, self._inside(joint, pose, part)], 1), (0, 1))
+            middle = np.nanmean(
+                np.concatenate([inside, self._inside(joint, pose, part)], 1), (0, 1)
+            )
             out["SARA"] = pose.to_lab(point + axis * (axis @ (middle - point)))
         if joint.joint.endswith("Hip"):
             side = joint.joint.removesuffix("Hip")

@@ -30,6 +30,7 @@ class Shift:
         straight: for a hinge: two markers of the figure; the line from the first to the second points inward
             while the limb hangs straight.
         turned: for a hinge: radians by which a hanging limb turns away from that.
+        sd: metres by which the step's length is off, beside the prior's own error.
     """
 
     line: tuple[str, ...] = ()
@@ -44,6 +45,7 @@ class Shift:
     aside: float = 0.0
     straight: tuple[str, ...] = ()
     turned: float = 0.0
+    sd: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ def _shift(entry: Any, places: Places, i: int) -> Shift:
     entry = is_a(entry, dict, here, "shift: a list of tables")
     known = {
         "line", "across", "hinge", "ratio", "of", "by", "toward", "beside", "upper", "aside",
-        "straight", "turned",
+        "straight", "turned", "sd",
     }  # fmt: skip
     known_keys(entry, known, places, i, "prior.shift.")
     points = {
@@ -124,17 +126,19 @@ def _shift(entry: Any, places: Places, i: int) -> Shift:
         )
     numbers = {
         key: number(entry.get(key, 0.0), here, f"{key} is a number")
-        for key in ("ratio", "by", "beside", "aside", "turned")
+        for key in ("ratio", "by", "beside", "aside", "turned", "sd")
     }
     if hinge and not numbers["by"] > 0:
         raise SkeletonError(f"{here}: a shift along a hinge needs its length in metres, by = ...")
     if points["straight"] and not numbers["turned"] > 0:
-        raise SkeletonError(f"{here}: straight needs how far it may be off in radians, turned = ...")
+        raise SkeletonError(
+            f"{here}: straight needs how far it may be off in radians, turned = ..."
+        )
     return Shift(
         line=points["line"], across=points["across"], of=points["of"], toward=points["toward"],
         hinge=hinge, ratio=numbers["ratio"], by=numbers["by"], beside=numbers["beside"],
         upper=points["upper"], aside=numbers["aside"], straight=points["straight"],
-        turned=numbers["turned"],
+        turned=numbers["turned"], sd=numbers["sd"],
     )  # fmt: skip
 
 

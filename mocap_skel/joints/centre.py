@@ -31,11 +31,13 @@ class PriorKnowledge:
         expected: where anatomy has the joint; None for what the motion alone gives.
         looseness: how far the joint is from a ball, as `Segment.looseness`.
         pooled: evidence of other clips, of the same M markers; None without any.
+        size: the subject's, 1 for a person of 1.75 m.
     """
 
     expected: Expected | None = None
     looseness: float = 1.0
     pooled: Evidence | None = None
+    size: float = 1.0
 
     def of(self, markers: NDArray[np.bool_]) -> PriorKnowledge:
         """The same for some of the markers (M,)."""
@@ -121,7 +123,7 @@ def _posterior(sphere: Sphere, motion: Estimate, known: PriorKnowledge) -> Poste
         # A pure fit stays what it is; only a centre that is combined is averaged.
         found = with_shared_point(found, sphere.evidence.shared, skin.slide)
         # Skin on a person who stands still moves the markers too, and shows nothing of the joint.
-        moved = (sphere.weakest_sd / LEAST_SPREAD) ** 2
+        moved = (sphere.weakest_sd / (LEAST_SPREAD * known.size)) ** 2
         found = Estimate(found.centre, found.covariance / np.clip(moved, LEAST_SHOWN, 1.0))
     return combine(found, known.expected)
 

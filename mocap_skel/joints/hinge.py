@@ -10,17 +10,20 @@ import numpy as np
 from mocap_skel.figure.prior_tables import Prior, Shift
 from mocap_skel.segments.pose import Array, Pose
 
-# How sure the two conditions on a hinge's axis are, metres: it is square to the bone above, whose upper
-# joint is off by centimetres, and to the bone below, which leans by the carrying angle.
+# How sure the two conditions on a hinge's axis are, metres in a person of 1.75 m: it is square to the bone
+# above, whose upper joint is off by centimetres, and to the bone below, which leans by the carrying angle.
 BONE_ERROR = 0.02
 CARRYING_ERROR = 0.04
-# The axis about which the skin of both segments turns is 9 to 13 degrees from the epicondyles' (Cereatti 2017,
-# bones seen): so much of the turn goes elsewhere. And radians by which poses wobble however little they turn.
-CROSS = 0.17
+# Radians for each radian of turn: the axis about which the skin of both segments turns is 9 to 13 degrees from
+# the epicondyles' (knees whose bones were seen, Cereatti 2017), so the turn has so much of another axis.
+CROSS = 0.19
+# Radians by which poses wobble about any axis however little the joint turns: `benchmarks/skin.py`.
 WOBBLE = 0.02
-# Radians²: a turn of less is the wobble of the poses themselves.
+# Radians²: where the turns about two axes differ by less, the wobble of the poses may tell the axis: some
+# times `WOBBLE` squared. By eye.
 SHOWN = 0.001
-# A clip in which a joint moves bends it so many times independently at least, there and back twice.
+# A clip in which a joint moves bends it so many times independently at least, there and back twice. By eye; only
+# the certainty of the side hangs on it.
 BENDS = 4.0
 
 
@@ -67,7 +70,7 @@ class Turning:
     def clue(self) -> Array:
         """(3,): along the axis, to the side of the bend; its length in standard deviations of that side."""
         r = min(float(np.linalg.norm(self.shortening)), 1.0 - 1e-12)
-        return self.shortening * np.sqrt(BENDS / (1.0 - r * r))
+        return np.asarray(self.shortening * np.sqrt(BENDS / (1.0 - r * r)))
 
     @property
     def error(self) -> float:
@@ -163,68 +166,76 @@ def axis_inward(
 ) -> tuple[Array, Array]:
     """The direction of `inward`, and the covariance (..., 3, 3) of it, radians²; arguments as there."""
     depth, beside = shift.by * size, shift.beside * size
+    bone, carrying = BONE_ERROR * size, CARRYING_ERROR * size
     known = np.asarray(np.isfinite(below).all(axis=-1))
     if above is not None:
         known = known & np.isfinite(above).all(axis=-1)
-    d, s = (
-        np.where(known[..., None], 0.0 if v is None else v, 0.0) for v in (above, below)
-    )
-    form = d[..., :, None] * d[..., None, :] / BONE_ERROR**2
-    form = form + (swing + s[..., :, None] * s[..., None, :]) / CARRYING_ERROR**2
-    right = (aside * size - depth) * d / BONE_ERROR**2 + (depth - beside) * s / CARRYING_ERROR**2
-    if straight is not None:
-        right = right + straight / shift.turned**2
-    clues = [] if straight is None else [straight / shift.turned]
+    d, s = (np.where(known[..., None], 0.0 if v is None else v, 0.0) for v in (above, below))
+    form = d[..., :, None] * d[..., None, :] / bone**2
+    form = form + (swing + s[..., :, None] * s[..., None, :]) / carrying**2
+    right = (aside * size - depth) * d / bone**2 + (depth - beside) * s / carrying**2
+    clues: list[Array] = []
     if turn is not None and turn.shown:
         form = form + turn.spread / turn.error**2
         clues.append(shift.hinge * turn.clue)
     if above is not None:
         with np.errstate(invalid="ignore", divide="ignore"):
             upper, lower = np.linalg.norm(d, axis=-1), np.linalg.norm(s, axis=-1)
-            wrong = np.hypot(BONE_ERROR / upper, CARRYING_ERROR / lower) * upper * lower
+            wrong = np.hypot(bone * lower, carrying * upper)
             bent = shift.hinge * np.cross(d, s) / wrong[..., None]
         clues.append(np.where(np.isfinite(bent), bent, 0.0))
-    sense = np.asarray(sum(clues)) if clues else np.zeros(3)
+    alike = 0.0 if straight is None else 1.0 / shift.turned**2
     with np.errstate(invalid="ignore", divide="ignore"):
-        found, error = _of_length_one(form, right, sense)
+        found, error = _of_length_one(
+            form, right, clues, 0.0 if straight is None else straight, alike
+        )
         found = found / np.linalg.norm(found, axis=-1, keepdims=True)
     return np.where(known[..., None], found, np.nan), error
 
 
-def right_less_wrong(away: Array | float) -> Array:
-    """The chance that a sign is right less that it is wrong, of a number so many standard deviations from 0.
+def half_log_odds(away: Array) -> Array:
+    """Half the logarithm of a sign's odds, of a number so many standard deviations from 0.
 
-    It is erf(x / √2), here to three digits (Page 1977, Appl. Stat. 26, 75).
+    Its tanh is erf(x / √2), the chance that the sign is right less that it is wrong, to three digits (Page
+    1977, Appl. Stat. 26, 75). Such numbers of independent clues add up.
 
-    >>> right_less_wrong(np.array([0.0, 1.0, 5.0])).round(2)
+    >>> np.tanh(half_log_odds(np.array([0.0, 1.0, 5.0]))).round(2)
     array([0.  , 0.68, 1.  ])
     """
-    x = np.asarray(away)
-    return np.asarray(np.tanh(np.sqrt(2.0 / np.pi) * x * (1.0 + 0.044715 * x * x)))
+    return np.asarray(np.sqrt(2.0 / np.pi) * away * (1.0 + 0.044715 * away * away))
 
 
-def _of_length_one(form: Array, right: Array, sense: Array) -> tuple[Array, Array]:
+def _of_length_one(
+    form: Array, right: Array, clues: Sequence[Array], straight: Array | float, alike: float
+) -> tuple[Array, Array]:
     """The v with form v = right in the two strong directions, and what is left of length 1 in the weakest.
+
+    Both signs of the weakest direction fulfil the form. Each counts by its odds.
 
     Args:
         form: (..., 3, 3).
         right: (..., 3).
-        sense: (..., 3), to which side the weakest direction counts, in standard deviations of that side.
+        clues: (..., 3) each, to which side the weakest direction counts, in standard deviations of that side.
+        straight: (3,), another v, of which `alike` is known in each direction, radians⁻².
+        alike: 0 where there is none.
 
     Returns:
         (..., 3), not longer than 1 where the strong directions are not; and its covariance (..., 3, 3).
     """
     values, axes = np.linalg.eigh(form)
-    side = np.einsum("...i,...i->...", sense, axes[..., :, 0])
-    weakest = axes[..., :, 0] * np.where(side < 0, -1.0, 1.0)[..., None]
-    sure = right_less_wrong(np.abs(side))
-    excess = np.maximum(values[..., 1:] - values[..., :1], 1e-12 * values[..., 2:])
-    strong = axes[..., :, 1:]
+    weakest, strong = axes[..., :, 0], axes[..., :, 1:]
+    excess = np.maximum(values[..., 1:] - values[..., :1], 1e-12 * values[..., 2:]) + alike
+    push = right + alike * np.asarray(straight)
     rest = np.einsum(
-        "...ik,...k->...i", strong, np.einsum("...ik,...i->...k", strong, right) / excess
+        "...ik,...k->...i", strong, np.einsum("...ik,...i->...k", strong, push) / excess
     )
     left = np.sqrt(np.maximum(1.0 - (rest * rest).sum(axis=-1), 0.0))
-    unsure = weakest * np.sqrt(1.0 - sure**2)[..., None]
+    # Of a whole length along the axis there is so much left that the sense of a bend can be seen by.
+    odds = left * alike * (weakest @ np.broadcast_to(straight, 3))
+    for clue in clues:
+        odds = odds + half_log_odds(left * (weakest * clue).sum(axis=-1))
+    sure = np.tanh(odds)
     error = (strong * np.minimum(1.0, 1.0 / excess)[..., None, :]) @ np.swapaxes(strong, -1, -2)
+    unsure = weakest * (left * np.sqrt(1.0 - sure**2))[..., None]
     error = error + unsure[..., :, None] * unsure[..., None, :]
     return rest + weakest * (left * sure)[..., None], error

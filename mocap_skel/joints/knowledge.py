@@ -80,7 +80,11 @@ def expected_in(
             return None
         line = np.einsum("fij,fi->fj", parent.pose.rotation, b - a)
         line = line[np.isfinite(line[:, 0])]
-        return np.asarray((line / np.linalg.norm(line, axis=1)[:, None]).mean(axis=0)) if len(line) else None
+        return (
+            np.asarray((line / np.linalg.norm(line, axis=1)[:, None]).mean(axis=0))
+            if len(line)
+            else None
+        )
 
     around = Surroundings(parent.template, parent.posed.joint, lower, task.size, turn, direction)
     return expected_joint(segment.priors, task.skeleton.landmarks, around)

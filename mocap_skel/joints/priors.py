@@ -145,14 +145,17 @@ def _mean(
         step = _landmark_step(shift, place, around)
         if step is None:
             return None
-        total = total + step
+        total, unsure = total + step[0], unsure + step[1]
     return mean + total, tuple(used), unsure
 
 
 def _landmark_step(
     shift: Shift, place: Callable[[str], Array | None], around: Surroundings
-) -> Array | None:
-    """A shift (3,) along a line of landmarks or across two; None if one is missing or has no direction."""
+) -> tuple[Array, Array] | None:
+    """A shift (3,) along a line of landmarks or across two, and its covariance (3, 3), m².
+
+    None if a landmark is missing or has no direction.
+    """
     ends = [place(name) for name in (*shift.line, *shift.across, *shift.of)]
     lines = []
     for a, b in zip(ends[::2], ends[1::2], strict=True):
@@ -164,7 +167,9 @@ def _landmark_step(
     size = float(np.linalg.norm(along))
     if not size > 0:
         return None
-    return np.asarray(along / size * (shift.ratio * length + shift.by * around.size))
+    along = along / size
+    error = (shift.sd * around.size) ** 2 * np.outer(along, along)
+    return along * (shift.ratio * length + shift.by * around.size), error
 
 
 def _hinge_step(

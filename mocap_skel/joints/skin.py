@@ -11,19 +11,18 @@ from mocap_skel.joints.sphere import Sphere
 from mocap_skel.joints.two_sided import places_of
 from mocap_skel.segments.pose import Array
 
-# `benchmarks/coverage.py` prints how often the truth lies within the errors that follow from these numbers.
 # The part of skin's slide that is in proportion to the joint's turn looks like another centre and leaves no
-# residual: metres a radian of it for each metre of slide that does. For a ball joint; `Segment.looseness`
-# times that where the bones themselves roll and glide.
+# residual: metres a radian of it for each metre of slide that does, times `Segment.looseness`, where the bones
+# themselves roll and glide. By eye; `benchmarks/skin.py` prints what joints whose bones were seen ask for, and
+# `benchmarks/coverage.py` how often the truth lies within the errors that follow.
 SLIDE = 7.5
+# The same for a ball joint. How far its markers contradict each other tells their own slides; this is what all
+# of them have in common: functional hips on skin lie 6.6 mm off the bone's along each axis (Fiorentino 2016),
+# where markers leave 2.6 mm at four places (`benchmarks/skin.py`).
+COMMON = 4.0
 # Metres a radian for each metre of reach: skin of a limb of 30 cm goes some centimetre while its joint turns
 # by 90 degrees (Leardini 2005), also where a motion is too small to show any of it.
 USUAL = 0.02
-# The same for a ball joint, whose markers tell by how far they contradict each other what a slide in proportion to
-# the turn makes of them one by one; this is what they all have in common, in metres for each metre of slide that
-# leaves a residual. Functional hips on skin lie 11 mm from the bone's, 6.4 mm along each axis (Fiorentino 2016), and
-# markers in such trials leave 2.7 mm.
-COMMON = 2.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +42,9 @@ def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
     """The error of a fitted centre that the soft tissue under the markers makes.
 
     Residuals that follow each other smoothly are the same whenever the joint comes back to the same place:
-    they do not average out over frames or markers, only over the places, as many as the markers'
-    directions cover. Three parts: such residuals as the noise of a sphere fit; the slide in proportion to
-    the angle, which they show the size of only; and what they add to the noise that was taken away, on
-    the child and by the parent's frame, of which nobody knows how much is independent of the motion.
+    they do not average out over frames, only over the places, as many as the markers' directions cover. Two
+    parts: such residuals as the noise of a sphere fit, for a ball joint as far as its markers contradict each
+    other; and the slide in proportion to the angle, which they show the size of only.
 
     Args:
         sphere: the fit, with the smooth share of its radial residuals.
@@ -74,34 +72,42 @@ def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
     unseen = seen.skin + hidden * float(np.trace(seen.cap))
     known = np.maximum(values, 0.0) * seen.places / unseen + 1.0 / seen.reach**2
     part = (axes / known) @ axes.T
-    if looseness > 1.0:
-        slide = looseness**2 * (SLIDE**2 * seen.skin / seen.places + hidden)
-    else:
+    rate = SLIDE * looseness if looseness > 1.0 else COMMON
+    slide = rate**2 * seen.skin / seen.places + looseness**2 * hidden
+    if looseness <= 1.0:
         part = _of_markers(seen, part)
-        slide = COMMON**2 * seen.skin + hidden
     return Skin(part + slide * np.eye(3), slide)
 
 
 def _of_markers(seen: _Directions, part: Array) -> Array:
-    """(3, 3), m²: the error by how far the markers contradict each other, each one draw of skin."""
-    sphere = seen.sphere
-    count = len(sphere.weights)
-    if count < 2:
+    """(3, 3), m²: the error by how far the markers contradict each other, each one draw of skin.
+
+    Each marker pulls at the common centre; the pulls add up to nothing, and their scatter is the error's (White
+    1980, "sandwich"). It is a mean over the directions, in proportion to the inverse of what the fit knows of
+    them. One marker contradicts nobody: of M draws the scatter counts for M - 1.
+
+    Args:
+        seen: the fit.
+        part: (3, 3), m², the error by the places, for a fit whose markers say nothing of each other.
+    """
+    sphere, count = seen.sphere, len(seen.share)
+    if count < 2 or sphere.rank == 0:
         return part
-    moments, noise = sphere.evidence.moments, sphere.noise
-    weight = sphere.weights * sphere.evidence.freedom
-    solved = sphere.solved
-    third = moments.third - (sphere.fit.sigma**2) * sphere.evidence.skew
-    push = weight[:, None] * (
-        np.einsum("pij,pj->pi", seen.moved, sphere.away) + 0.5 * third
-    ) @ solved
-    system = solved.T @ np.einsum("p,pij->ij", weight, seen.moved) @ solved
-    each = count / (count - 1.0) * push.T @ push
-    values, axes = np.linalg.eigh(system)
-    values = np.maximum(values, np.finfo(float).eps * max(values[-1], np.finfo(float).tiny))
-    inverse = (axes / values) @ axes.T
-    apart = solved @ (inverse * (np.trace(inverse @ each) / len(values))) @ solved.T
-    return part / count + (1.0 - 1.0 / count) * apart
+    evidence, solved = sphere.evidence, sphere.solved
+    weight = sphere.weights * evidence.freedom
+    third = evidence.moments.third - sphere.fit.sigma**2 * evidence.skew
+    pulls = np.einsum("pij,pj->pi", seen.moved, sphere.away) + 0.5 * third
+    # Of a pull only the smooth share is skin's; noise has its own bound.
+    pulls = (weight * np.sqrt(evidence.smooth))[:, None] * pulls @ solved
+    scatter = count / (count - 1.0) * pulls.T @ pulls
+    values, axes = np.linalg.eigh(solved.T @ np.einsum("p,pij->ij", weight, seen.moved) @ solved)
+    # No less than rounding leaves of a marker that turned all around.
+    values = np.maximum(values, np.finfo(float).eps * seen.reach**2 * float(weight.sum()))
+    level = float(np.trace((axes.T @ scatter @ axes) / values[:, None])) / len(values)
+    # Nothing is known worse than to the reach, as for the places.
+    variance = level / (values + level / seen.reach**2)
+    known = solved @ axes
+    return np.asarray(part / count + (1.0 - 1.0 / count) * (known * variance) @ known.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +163,7 @@ class _Directions:
         axis = middle / length if length > 0 else middle
         across = np.eye(3) - np.outer(axis, axis)
         spread = np.linalg.eigvalsh(across @ self.cap @ across)[1:]
-        return places_of(spread)
+        return places_of(np.asarray(spread))
 
 
 def _hidden_slide(seen: _Directions) -> float:
