@@ -161,7 +161,7 @@ def totals_text(results: Sequence[ClipResult]) -> str:
     lines = [table(head, cells, frozenset({0, 1, 2})) if cells else "no reference found"]
     lines += [
         f"inside 2 s.e., {row['group']}: {row['axes']} of {row['n']} along every axis of the covariance, "
-        f"{row['ellipsoid']} in the 95 % ellipsoid, {row['worst']} by the worst s.e."
+        f"{row['ellipsoid']} in the 95 % ellipsoid, {row['half']} in the 50 % one, {row['worst']} by the worst s.e."
         for row in coverage(results)
     ]
     failed = [one for one in results if one.failed]
@@ -186,6 +186,7 @@ def coverage(results: Sequence[ClipResult]) -> list[dict[str, Any]]:
                     "n": len(here),
                     "axes": sum(bool(r.within_axes) for r in here),
                     "ellipsoid": sum(bool(r.within_ellipsoid) for r in here),
+                    "half": sum(bool(r.within_half) for r in here),
                     "worst": sum(bool(r.within_worst) for r in here),
                 }
             )

@@ -53,7 +53,8 @@ class Prior:
     """Where anatomy has a joint.
 
     Attributes:
-        mean: landmarks of the parent segment whose mean it starts from.
+        mean: landmarks of the parent segment whose mean it starts from; none for a hinge whose markers are all on
+            the outer side of both segments: halfway between the middles of both, known along the axis alone.
         sd: how sure that is, in metres for a person of 1.75 m.
         source: where the numbers come from, for people.
         shifts: steps from that mean.
@@ -91,16 +92,24 @@ def _prior(entry: Any, places: Places, i: int) -> Prior:
     )
     source = is_a(entry.get("source", ""), str, places.of(i, "prior.source"), "source: a text")
     mean = names(entry.get("mean", []), places, i, "prior.mean")
-    if not mean:
+    entries = is_a(entry.get("shift", []), list, places.of(i, "prior.shift"), "shift: a list")
+    shifts = tuple(_shift(each, places, i, toward=bool(mean)) for each in entries)
+    if not mean and [shift.hinge != 0 for shift in shifts] != [True]:
         raise SkeletonError(
-            f"{places.of(i, 'prior.mean')}: a prior starts at the mean of landmarks"
+            f"{places.of(i, 'prior.mean')}: a prior starts at the mean of landmarks, or is one step along a hinge"
         )
-    shifts = is_a(entry.get("shift", []), list, places.of(i, "prior.shift"), "shift: a list")
-    return Prior(mean, sd, source, tuple(_shift(each, places, i) for each in shifts))
+    return Prior(mean, sd, source, shifts)
 
 
-def _shift(entry: Any, places: Places, i: int) -> Shift:
-    """One step of a prior: exactly one direction, with all that this direction needs."""
+def _shift(entry: Any, places: Places, i: int, *, toward: bool) -> Shift:
+    """One step of a prior: exactly one direction, with all that this direction needs.
+
+    Args:
+        entry: the table.
+        places: of the file.
+        i: the segment's index in it.
+        toward: whether a hinge needs markers of the child.
+    """
     here = places.of(i, "prior.shift")
     entry = is_a(entry, dict, here, "shift: a list of tables")
     known = {
@@ -120,7 +129,7 @@ def _shift(entry: Any, places: Places, i: int) -> Shift:
         raise SkeletonError(f"{here}: hinge is 1 or -1, not {hinge!r}")
     if sum(map(bool, (points["line"], points["across"], hinge))) != 1:
         raise SkeletonError(f"{here}: a shift has one direction: line, across or hinge")
-    if hinge and not points["toward"]:
+    if hinge and toward and not points["toward"]:
         raise SkeletonError(
             f"{here}: a shift along a hinge needs markers of the child, toward = [...]"
         )

@@ -72,6 +72,12 @@ class Turning:
         r = min(float(np.linalg.norm(self.shortening)), 1.0 - 1e-12)
         return np.asarray(self.shortening * np.sqrt(BENDS / (1.0 - r * r)))
 
+    def inward(self, hinge: int) -> tuple[Array, float]:
+        """(3,): the axis to the side of `Shift.hinge`; and the chance that this side is right less that it is wrong."""
+        axis = np.linalg.eigh(self.spread)[1][:, 0]
+        side = float(np.tanh(half_log_odds(hinge * self.clue @ axis)))
+        return np.asarray(axis if side >= 0 else -axis), abs(side)
+
     @property
     def error(self) -> float:
         """Radians: how far the child turns about other axes than the hinge's, skin's turns included."""

@@ -18,6 +18,9 @@ from mocap_skel.segments.pose import Array
 from mocap_skel.segments.prepare import Prepared
 from mocap_skel.spherefit import Moments, sphere_moments
 
+# Markers that make a patch, whose way of facing is told by their places.
+CLUSTER = 3
+
 
 @dataclass(frozen=True, eq=False)
 class JointKnowledge:
@@ -60,19 +63,23 @@ def expected_in(
         return None
     columns = prepared.markers(segment.name)
 
+    def middle_of(markers: tuple[str, ...]) -> Array:
+        """(frames, 3): the middle of some of the child's markers, of all for ()."""
+        few = inside[:, [columns.index(m) for m in markers]] if markers else inside
+        return np.asarray(few.mean(axis=1))
+
     def lower(markers: tuple[str, ...]) -> Moments | None:
         if not all(m in columns for m in markers):
             return None
-        found = sphere_moments(inside[:, [columns.index(m) for m in markers]].mean(axis=1))
+        found = sphere_moments(middle_of(markers))
         return found if found.count >= LEAST_SAMPLES else None
 
     def turn(markers: tuple[str, ...]) -> Turning | None:
         hinge = segment.freedom == "hinge" and segment.name in prepared.shapes
         if not hinge or not all(m in columns for m in markers):
             return None
-        far = inside[:, [columns.index(m) for m in markers]].mean(axis=1)
         middle = np.mean(list(parent.template.values()), axis=0)
-        return turning(parent.pose, prepared.shapes[segment.name][1], far, middle)
+        return turning(parent.pose, prepared.shapes[segment.name][1], middle_of(markers), middle)
 
     def direction(first: str, second: str) -> Array | None:
         a, b = prepared.track(first), prepared.track(second)
@@ -80,13 +87,19 @@ def expected_in(
             return None
         line = np.einsum("fij,fi->fj", parent.pose.rotation, b - a)
         line = line[np.isfinite(line[:, 0])]
-        return (
-            np.asarray((line / np.linalg.norm(line, axis=1)[:, None]).mean(axis=0))
-            if len(line)
-            else None
-        )
+        if not len(line):
+            return None
+        return np.asarray((line / np.linalg.norm(line, axis=1)[:, None]).mean(axis=0))
 
-    around = Surroundings(parent.template, parent.posed.joint, lower, task.size, turn, direction)
+    cluster: tuple[Array, Array] | None = None
+    if segment.name in prepared.shapes:
+        own = prepared.shapes[segment.name][0].template
+        seen = np.isfinite(own[:, 0]) & np.isfinite(inside[..., 0]).any(axis=0)
+        if seen.sum() >= CLUSTER:
+            cluster = own[seen], np.nanmean(inside[:, seen], axis=0)
+    around = Surroundings(
+        parent.template, parent.posed.joint, lower, task.size, turn, direction, cluster
+    )
     return expected_joint(segment.priors, task.skeleton.landmarks, around)
 
 

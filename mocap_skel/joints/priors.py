@@ -19,6 +19,9 @@ from mocap_skel.spherefit import Moments
 
 # Cosine between the bone above and the way inward above which the two are not square to each other.
 MOST_ALONG = 0.5
+# Metres, in a person of 1.75 m: how little is known of a hinge's place across its axis by the middles of the
+# markers on both segments: as much as a bone is long.
+ACROSS = 0.4
 # Beyond such sizes a clip is in the wrong unit.
 SIZES = (0.1, 10.0)
 
@@ -47,11 +50,15 @@ class Surroundings:
     Attributes:
         places: marker of the parent → (3,).
         upper: (3,), the parent's own joint towards its parent; None for the root.
-        lower: markers of the child → the moments of their mean; None where they are not seen together.
+        lower: markers of the child, or () for all of them → the moments of their mean; None where they are
+            not seen together.
         size: the subject's, 1 for a person of 1.75 m.
-        turn: markers of the child far down it → how it turned in the parent; None where it has no pose.
+        turn: markers of the child far down it, or () for all → how it turned in the parent; None where it
+            has no pose.
         direction: two markers of the figure → the mean (3,) of the unit vectors from the first to the second;
             None where they are not seen.
+        cluster: the child's markers: their places (M, 3) in a frame of its own and their mean places (M, 3) in
+            the parent, where the child has a pose.
     """
 
     places: Mapping[str, Array]
@@ -60,6 +67,7 @@ class Surroundings:
     size: float
     turn: Callable[[tuple[str, ...]], Turning | None] = lambda _: None
     direction: Callable[[str, str], Array | None] = lambda _, __: None
+    cluster: tuple[Array, Array] | None = None
 
 
 def subject_size(skeleton: Skeleton, distance: Callable[[str, str], float | None]) -> float:
@@ -106,7 +114,7 @@ def expected_joint(
     (array([0., 0., 0.]), ('LKNE', 'LKNI'))
     """
     for prior in priors:
-        found = _mean(prior, landmarks, around)
+        found = _mean(prior, landmarks, around) if prior.mean else _between(prior, around)
         if found is not None:
             mean, used, unsure = found
             sd = prior.sd * around.size
@@ -147,6 +155,44 @@ def _mean(
             return None
         total, unsure = total + step[0], unsure + step[1]
     return mean + total, tuple(used), unsure
+
+
+def _between(prior: Prior, around: Surroundings) -> tuple[Array, tuple[str, ...], Array] | None:
+    """As `_mean`, for a hinge without a landmark: inward from the middles of the markers of both segments.
+
+    As far as these markers lie on the outer side of the limb, and not in front of it or all around. None unless
+    the turn shows the axis. Across the axis next to nothing is known.
+    """
+    (shift,) = prior.shifts
+    turn = around.turn(())
+    if turn is None or not turn.shown or around.cluster is None:
+        return None
+    axis, sure = turn.inward(shift.hinge)
+    own, there = around.cluster
+    above = np.array(list(around.places.values()))
+    depth = shift.by * around.size
+    outer = [_on_the_outer_side(above, above @ axis), _on_the_outer_side(own, there @ axis)]
+    # Both may lie on either side of the limb where the side of the axis is not sure.
+    steps = 0.5 * (above.mean(axis=0) + there.mean(axis=0)) + sure * depth * np.mean(outer) * axis
+    error = (ACROSS * around.size) ** 2 * (np.eye(3) - np.outer(axis, axis))
+    error = error + (1.0 - sure**2) * depth**2 * np.outer(axis, axis)
+    return steps, tuple(around.places), error
+
+
+def _on_the_outer_side(places: Array, along: Array) -> float:
+    """Cosine between the axis and the way that a patch of markers faces: 1 on the limb's outer side, 0 in front.
+
+    A patch is thin the way it faces, and long along the bone: between the two directions of least spread, that
+    along the axis tells how it is turned.
+
+    Args:
+        places: (M, 3) of the markers, metres, in a frame of their segment.
+        along: (M,) the same along the hinge's axis.
+    """
+    thin, wide, _ = np.linalg.eigvalsh(np.cov(places.T, bias=True))
+    if not wide > thin:
+        return 0.0
+    return float(np.sqrt(np.clip((wide - along.var()) / (wide - thin), 0.0, 1.0)))
 
 
 def _landmark_step(

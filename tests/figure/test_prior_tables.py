@@ -129,6 +129,14 @@ markers = ["d"]
         ('prior = {mean = ["a"], sd = 0.1, source = 7}', "source: a text is needed, not 7"),
         ("prior = {sd = 0.1}", "a prior starts at the mean of landmarks"),
         ("prior = {mean = [], sd = 0.1}", "a prior starts at the mean of landmarks"),
+        (
+            "prior = {sd = 0.1, shift = [{line = ['A', 'B'], by = 1}]}",
+            "a prior starts at the mean of landmarks, or is one step along a hinge",
+        ),
+        (
+            "prior = {mean = ['A'], sd = 0.1, shift = [{hinge = 1, by = 1, toward = ['B'], straight = ['A', 'B']}]}",
+            "straight needs how far it may be off in radians",
+        ),
         ('prior = {mean = "a", sd = 0.1}', "mean: a list of names is needed, not 'a'"),
         ('prior = {mean = ["a"], sd = 0.1, shift = 3}', "shift: a list is needed, not 3"),
         ('prior = {mean = ["a"], sd = 0.1, shift = [3]}', "shift: a list of tables is needed"),
