@@ -13,12 +13,12 @@ from mocap_skel.segments.pose import Array
 
 # The part of skin's slide that is in proportion to the joint's turn looks like another centre and leaves no
 # residual: metres a radian of it for each metre of slide that does, times `Segment.looseness`, where the bones
-# themselves roll and glide. By eye; `benchmarks/skin.py` prints what joints whose bones were seen ask for, and
-# `benchmarks/coverage.py` how often the truth lies within the errors that follow.
+# themselves roll and glide. By eye: five loose joints whose bones were seen ask for 2.6 in the directions that
+# are shown (`benchmarks/skin.py`), but with 4 the knees and ankles of walks are worse than anatomy alone.
 SLIDE = 7.5
 # The same for a ball joint. How far its markers contradict each other tells their own slides; this is what all
-# of them have in common: functional hips on skin lie 6.6 mm off the bone's along each axis (Fiorentino 2016),
-# where markers leave 2.6 mm at four places (`benchmarks/skin.py`).
+# of them have in common: with it a functional hip is 6.6 mm off along each axis (Fiorentino 2016; the sum is in
+# `benchmarks/skin.py`).
 COMMON = 4.0
 # Metres a radian for each metre of reach: skin of a limb of 30 cm goes some centimetre while its joint turns
 # by 90 degrees (Leardini 2005), also where a motion is too small to show any of it.
@@ -32,10 +32,14 @@ class Skin:
     Attributes:
         covariance: (3, 3), m².
         slide: variance of the slide in proportion to the angle, m².
+        smooth: variance of the radial residuals that follow each other smoothly, m².
+        places: that the markers' directions cover, between which the skin lies anew.
     """
 
     covariance: Array
     slide: float
+    smooth: float
+    places: float
 
 
 def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
@@ -76,7 +80,7 @@ def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
     slide = rate**2 * seen.skin / seen.places + looseness**2 * hidden
     if looseness <= 1.0:
         part = _of_markers(seen, part)
-    return Skin(part + slide * np.eye(3), slide)
+    return Skin(part + slide * np.eye(3), slide, seen.skin, seen.places)
 
 
 def _of_markers(seen: _Directions, part: Array) -> Array:

@@ -43,6 +43,7 @@ def in_window(found):
         (WALK, SOME, WHITE, "none"),
         (WALK, MUCH, WHITE, "skeleton"),
         (WALK, MUCH, SLOW, "none"),
+        (PART, SOME, FAST, "skeleton"),
     ],
 )
 def test_95_percent_intervals_cover_90_to_98_percent(motion, skin, noise, prior):
@@ -53,9 +54,7 @@ def test_95_percent_intervals_cover_90_to_98_percent(motion, skin, noise, prior)
     strict=True,
     reason="too wide: 7.5 m a radian of slide per metre of smooth residual is what real skin needs",
 )
-@pytest.mark.parametrize(
-    ("motion", "skin", "noise"), [(ROM, NONE, SLOW), (ROM, SOME, SLOW), (PART, SOME, FAST)]
-)
+@pytest.mark.parametrize(("motion", "skin", "noise"), [(ROM, NONE, SLOW), (ROM, SOME, SLOW)])
 def test_95_percent_intervals_are_no_wider_than_that(motion, skin, noise):
     assert in_window(collect(motion, skin, noise, "skeleton"))
 
