@@ -37,7 +37,7 @@ class SharedPoint:
 
     @property
     def places(self) -> float:
-        """How many times the child's turns cover anew, as `skin.ALIKE` counts them."""
+        """How many places the child's turns go to, between which the skin lies anew."""
         spread = np.sort(0.5 * np.trace(self.turns) - np.linalg.eigvalsh(self.turns))[1:]
         return places_of(spread)
 
@@ -48,7 +48,7 @@ def places_of(spread: Array) -> float:
     Args:
         spread: (2,) variances of the directions, radians².
 
-    >>> places_of(np.array([0.4**2 * 4 / 12, 0.0])).round(6)
+    >>> round(places_of(np.array([0.8**2 / 12, 0.0])), 6)
     2.0
     """
     # √12 standard deviations are the whole width of an even distribution.

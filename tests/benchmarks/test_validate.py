@@ -297,7 +297,8 @@ def test_sara_finds_the_axis_of_an_exact_hinge():
     turn = from_vector(rng.uniform(-1, 1, (200, 1)) * axis)
     parent = Pose(np.stack([spheres.rotation(rng) for _ in range(200)]), rng.normal(size=(200, 3)))
     own = np.array([0.0, 0.1, -0.2])
-    origin = parent.to_lab((place - turn @ own)[:, None])[:, 0]
+    away = np.einsum("fij,fj->fi", parent.rotation, place - turn @ own)
+    origin = parent.origin + away
     child = Pose(parent.rotation @ turn, origin)
     point, found = published.sara(parent, child)
     assert abs(found @ axis) == pytest.approx(1, abs=1e-9)
