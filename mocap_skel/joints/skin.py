@@ -108,6 +108,9 @@ def _of_markers(seen: _Directions, part: Array) -> Array:
     # No less than rounding leaves of a marker that turned all around.
     values = np.maximum(values, np.finfo(float).eps * seen.reach**2 * float(weight.sum()))
     level = float(np.trace((axes.T @ scatter @ axes) / values[:, None])) / len(values)
+    # A size that is known from few draws has the tails of Student's: its variance by their number.
+    draws = len(values) * (count - 1)
+    level *= draws / max(draws - 2, 1)
     # Nothing is known worse than to the reach, as for the places.
     variance = level / (values + level / seen.reach**2)
     known = solved @ axes
