@@ -53,8 +53,9 @@ class Prior:
     """Where anatomy has a joint.
 
     Attributes:
-        mean: landmarks of the parent segment whose mean it starts from; none for a hinge whose markers are all on
-            the outer side of both segments: halfway between the middles of both, known along the axis alone.
+        mean: landmarks of the parent segment whose mean it starts from; none for one step along a hinge whose markers
+            are all on the outer side of both segments (halfway between the middles of both, known along the axis
+            alone), and for one step from the child's markers back to the parent's own joint.
         sd: how sure that is, in metres for a person of 1.75 m.
         source: where the numbers come from, for people.
         shifts: steps from that mean.
@@ -93,22 +94,23 @@ def _prior(entry: Any, places: Places, i: int) -> Prior:
     source = is_a(entry.get("source", ""), str, places.of(i, "prior.source"), "source: a text")
     mean = names(entry.get("mean", []), places, i, "prior.mean")
     entries = is_a(entry.get("shift", []), list, places.of(i, "prior.shift"), "shift: a list")
-    shifts = tuple(_shift(each, places, i, toward=bool(mean)) for each in entries)
-    if not mean and [shift.hinge != 0 for shift in shifts] != [True]:
+    shifts = tuple(_shift(each, places, i, mean=bool(mean)) for each in entries)
+    if not mean and [bool(shift.hinge or shift.toward) for shift in shifts] != [True]:
         raise SkeletonError(
-            f"{places.of(i, 'prior.mean')}: a prior starts at the mean of landmarks, or is one step along a hinge"
+            f"{places.of(i, 'prior.mean')}: a prior starts at the mean of landmarks, or is one step along a hinge "
+            "or from markers of the child"
         )
     return Prior(mean, sd, source, shifts)
 
 
-def _shift(entry: Any, places: Places, i: int, *, toward: bool) -> Shift:
+def _shift(entry: Any, places: Places, i: int, *, mean: bool) -> Shift:
     """One step of a prior: exactly one direction, with all that this direction needs.
 
     Args:
         entry: the table.
         places: of the file.
         i: the segment's index in it.
-        toward: whether a hinge needs markers of the child.
+        mean: whether the prior starts at landmarks; else a hinge needs no markers of the child.
     """
     here = places.of(i, "prior.shift")
     entry = is_a(entry, dict, here, "shift: a list of tables")
@@ -127,9 +129,10 @@ def _shift(entry: Any, places: Places, i: int, *, toward: bool) -> Shift:
     hinge = entry.get("hinge", 0)
     if hinge not in (-1, 0, 1) or isinstance(hinge, bool):
         raise SkeletonError(f"{here}: hinge is 1 or -1, not {hinge!r}")
-    if sum(map(bool, (points["line"], points["across"], hinge))) != 1:
+    back = not mean and not hinge and points["toward"]
+    if sum(map(bool, (points["line"], points["across"], hinge, back))) != 1:
         raise SkeletonError(f"{here}: a shift has one direction: line, across or hinge")
-    if hinge and toward and not points["toward"]:
+    if hinge and mean and not points["toward"]:
         raise SkeletonError(
             f"{here}: a shift along a hinge needs markers of the child, toward = [...]"
         )

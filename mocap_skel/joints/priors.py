@@ -158,12 +158,14 @@ def _mean(
 
 
 def _between(prior: Prior, around: Surroundings) -> tuple[Array, tuple[str, ...], Array] | None:
-    """As `_mean`, for a hinge without a landmark: inward from the middles of the markers of both segments.
+    """As `_mean`, for a joint without a landmark. For a hinge: inward from the middles of the markers of both segments.
 
     As far as these markers lie on the outer side of the limb, and not in front of it or all around. None unless
     the turn shows the axis. Across the axis next to nothing is known.
     """
     (shift,) = prior.shifts
+    if not shift.hinge:
+        return _before_the_child(shift, around)
     turn = around.turn(())
     if turn is None or not turn.shown or around.cluster is None:
         return None
@@ -177,6 +179,22 @@ def _between(prior: Prior, around: Surroundings) -> tuple[Array, tuple[str, ...]
     error = (ACROSS * around.size) ** 2 * (np.eye(3) - np.outer(axis, axis))
     error = error + (1.0 - sure**2) * depth**2 * np.outer(axis, axis)
     return steps, tuple(around.places), error
+
+
+def _before_the_child(
+    shift: Shift, around: Surroundings
+) -> tuple[Array, tuple[str, ...], Array] | None:
+    """As `_mean`: from markers of the child back on the line to the parent's own joint."""
+    lower = around.lower(shift.toward)
+    if lower is None or around.upper is None:
+        return None
+    back = around.upper - lower.mean
+    length = float(np.linalg.norm(back))
+    depth = shift.by * around.size
+    # A joint beyond the parent's own is none.
+    if not length > depth:
+        return None
+    return lower.mean + depth / length * back, shift.toward, np.zeros((3, 3))
 
 
 def _on_the_outer_side(places: Array, along: Array) -> float:

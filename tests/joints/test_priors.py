@@ -368,7 +368,22 @@ def test_hips_lie_below_the_pelvis_markers_and_knees_inward():
     assert at("Waist")[2] > at("LeftHip")[2] + 0.05
 
 
-# --- a hinge without a landmark
+# --- joints without a landmark
+
+
+def test_a_joint_on_the_line_from_the_markers_below_to_the_joint_above():
+    """A wrist 8 cm before the hand's marker, which is 33 cm from the elbow."""
+    hand = np.array([0.0, 0.33, 0.0])
+    lower = sphere_moments(np.tile(hand, (50, 1)))
+    around = Surroundings({"A": np.zeros(3)}, np.zeros(3), lambda _: lower, 1.0)
+    prior = Prior((), 0.02, "s", (Shift(toward=("FIN",), by=0.08),))
+    found = expected_joint([prior], {}, around)
+    assert found.mean == pytest.approx([0, 0.25, 0])
+    assert found.covariance == pytest.approx(0.02**2 * np.eye(3))
+    assert found.landmarks == ("FIN",)
+    # Without the joint above, or so near to it, there is no such place.
+    for other in (None, np.array([0.0, 0.3, 0.0])):
+        assert expected_joint([prior], {}, replace(around, upper=other)) is None
 
 
 def patch(facing, depth, where, seed=0):
