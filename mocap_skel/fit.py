@@ -267,7 +267,10 @@ def _centre(
         known.shared,
     )
     before = PriorKnowledge(
-        known.expected, segment.looseness, None if pooled is None else pooled.evidence
+        known.expected,
+        segment.looseness,
+        None if pooled is None else pooled.evidence,
+        task.size,
     )
     try:
         found = fit_centre(samples, task.estimation, before)

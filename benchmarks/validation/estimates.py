@@ -21,8 +21,8 @@ from mocap_skel.skeleton_fit import SkeletonFit
 from validation import published
 
 Array = NDArray[np.float64]
-OURS, PURE = "ours", "pure"
-METHODS = (OURS, PURE, *published.METHODS)
+OURS, PURE, ANATOMY = "ours", "pure", "anatomy"
+METHODS = (OURS, PURE, ANATOMY, *published.METHODS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +56,15 @@ class Subject:
             for joint in fit.joints:
                 self.tracks[method][joint.joint] = joint.track
         for joint in self.joints.values():
+            self.tracks[ANATOMY][joint.joint] = self._anatomy(joint)
             for method, track in self.published(joint, slice(None)).items():
                 self.tracks[method][joint.joint] = track
+
+    def _anatomy(self, joint: JointFit) -> Array:
+        """(frames, 3): the joint by its prior alone."""
+        if joint.anatomy is None:
+            return np.full((self.clip.frames, 3), np.nan)
+        return self.fits[OURS].segments[joint.parent].pose.to_lab(joint.anatomy)
 
     def _cleaned(self) -> dict[str, Array]:
         """Segment → points (frames, M, 3) without the samples that our fit leaves out as trouble."""
@@ -108,7 +115,38 @@ class Subject:
         if child is not None and child.own:
             other = _part(child.pose, part)
             out["SCoRE"] = published.score_track(pose, other, published.score(pose, other))
+            point, axis = published.sara(pose, other)
+            middle = np.nanmean(
+                np.concatenate([inside, self._inside(joint, pose, part)], 1), (0, 1)
+            )
+            out["SARA"] = pose.to_lab(point + axis * (axis @ (middle - point)))
+        if joint.joint.endswith("Hip"):
+            side = joint.joint.removesuffix("Hip")
+            places = parent.template
+            out["Harrington"] = pose.to_lab(published.harrington(places, side))
+            out["Hara"] = pose.to_lab(published.hara(places, side, self._leg(side)))
         return out
+
+    def _inside(self, joint: JointFit, pose: Pose, part: slice) -> Array:
+        return pose.to_segment(self._points[joint.parent][part])
+
+    def _leg(self, side: str) -> float:
+        """Metres from the anterior spine by the knee's marker to the ankle's."""
+        letter = side[0]
+        points = [self._marker(letter + name) for name in ("FWT", "KNE", "ANK")]
+        if any(p is None for p in points):
+            return float("nan")
+        spine, knee, ankle = (p for p in points if p is not None)
+        return float(
+            np.nanmedian(np.linalg.norm(spine - knee, axis=1))
+            + np.nanmedian(np.linalg.norm(knee - ankle, axis=1))
+        )
+
+    def _marker(self, name: str) -> Array | None:
+        for segment, columns in self.assignment.columns.items():
+            if name in columns:
+                return self._points[segment][:, list(columns).index(name)]
+        return None
 
     def constant(self, joint: str, track: Array, part: slice = slice(None)) -> Array:
         """A track's median place (3,) in the parent's frame; NaN without one."""

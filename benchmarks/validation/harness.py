@@ -67,7 +67,8 @@ def _one(path: Path, result: ClipResult, association: str | None, *, half: bool)
     references = find_references(path, clip)
     result.notes += references.notes
     seen = without(clip, references.withheld)
-    known, assignments = choose(seen, association)
+    beside = path.with_name(f"{path.stem}.map.txt")
+    known, assignments = choose(seen, str(beside) if beside.exists() else association)
     medial = [label for _, label in sorted(references.withheld)]
     placed = sum(len(c) for a in assignments for c in a.columns.values())
     result.head = (

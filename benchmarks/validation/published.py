@@ -1,4 +1,4 @@
-"""Four published ways to a joint centre, each written from its paper, to stand beside ours.
+"""Published ways to a joint centre, each written from its paper, to stand beside ours.
 
 All see the same poses and points. Every function is vectorised over frames; what a paper has no answer for
 is NaN. Metres.
@@ -6,13 +6,15 @@ is NaN. Metres.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.segments.pose import Pose
 
 Array = NDArray[np.float64]
-METHODS = ("SCoRE", "Gamage-Lasenby", "Halvorsen", "Chang-Pollard")
+METHODS = ("SCoRE", "SARA", "Gamage-Lasenby", "Halvorsen", "Chang-Pollard", "Harrington", "Hara")
 # Halvorsen iterates until the centre rests; a case that needs more rounds runs away, as its paper's
 # fixed point does where the noise is not small beside the movement.
 ROUNDS = 1000
@@ -43,6 +45,65 @@ def score(parent: Pose, child: Pose) -> tuple[Array, Array]:
 def score_track(parent: Pose, child: Pose, centres: tuple[Array, Array]) -> Array:
     """(frames, 3): SCoRE's joint in the lab, NaN where one of the poses is."""
     return 0.5 * (parent.to_lab(centres[0]) + child.to_lab(centres[1]))
+
+
+def sara(parent: Pose, child: Pose) -> tuple[Array, Array]:
+    """SARA: the axis that is most nearly fixed in both segments (Ehrig et al., J Biomech 40, 2007).
+
+    The least squares of `score` leave the axis' own direction to noise: it is the singular vector of the
+    smallest singular value, whose halves are the axis in the parent and in the child.
+
+    Returns:
+        A point (3,) of the axis and its direction (3,), both in the parent's frame.
+    """
+    both = parent.known & child.known
+    if both.sum() < LEAST:
+        return UNKNOWN, UNKNOWN
+    left = np.concatenate([parent.rotation[both], -child.rotation[both]], axis=2).reshape(-1, 6)
+    right = (child.origin[both] - parent.origin[both]).ravel()
+    u, sizes, vt = np.linalg.svd(left, full_matrices=False)
+    found = vt[:5].T @ ((u.T @ right)[:5] / sizes[:5])
+    length = float(np.linalg.norm(vt[5, :3]))
+    return found[:3], vt[5, :3] / length if length > 0 else UNKNOWN
+
+
+def harrington(places: Mapping[str, Array], side: str) -> Array:
+    """The hip (3,) by the pelvis' width and depth (Harrington et al., J Biomech 40, 595, 2007)."""
+    found = _pelvis(places)
+    if found is None:
+        return UNKNOWN
+    middle, front, left, up, width, depth = found
+    out = left if side == "Left" else -left
+    x, y, z = -0.24 * depth - 0.0099, -0.30 * width - 0.0109, 0.33 * width + 0.0073
+    return np.asarray(middle + x * front + y * up + z * out)
+
+
+def hara(places: Mapping[str, Array], side: str, leg: float) -> Array:
+    """The hip (3,) by the leg's length alone (Hara et al., Sci Rep 6, 37707, 2016)."""
+    found = _pelvis(places)
+    if found is None or not np.isfinite(leg):
+        return UNKNOWN
+    middle, front, left, up, _, _ = found
+    out = left if side == "Left" else -left
+    x, y, z = 0.011 - 0.063 * leg, -0.009 - 0.078 * leg, 0.008 + 0.086 * leg
+    return np.asarray(middle + x * front + y * up + z * out)
+
+
+def _pelvis(
+    places: Mapping[str, Array],
+) -> tuple[Array, Array, Array, Array, float, float] | None:
+    """Middle of the anterior spines, axes to front, left and up, width, depth; None without landmarks."""
+    back = [places[m] for m in ("LBWT", "RBWT", "SACR") if m in places]
+    if "LFWT" not in places or "RFWT" not in places or not back:
+        return None
+    across = places["LFWT"] - places["RFWT"]
+    middle = 0.5 * (places["LFWT"] + places["RFWT"])
+    depth = middle - np.mean(back, axis=0)
+    left = across / np.linalg.norm(across)
+    up = np.cross(depth, left)
+    up /= np.linalg.norm(up)
+    front = np.cross(left, up)
+    return middle, front, left, up, float(np.linalg.norm(across)), float(np.linalg.norm(depth))
 
 
 def _normal(inside: Array) -> tuple[Array, Array, Array, list[Array]]:

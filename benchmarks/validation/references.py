@@ -1,4 +1,4 @@
-"""References for a clip's joints, found by themselves: ASF/AMC beside it, labels inside it."""
+"""References for a clip's joints, found by themselves: bones that were seen or ASF/AMC beside it, labels inside it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
@@ -19,8 +20,8 @@ from validation.asf_amc import LENGTHS, AcclaimError, beside, joint_tracks, read
 from validation.points import all_points
 
 Array = NDArray[np.float64]
-ASF, FUNCTIONAL, MIDPOINT, CENTRE, BONES, SHARED = KINDS = (
-    "ASF/AMC", "functional", "midpoint", "centre label", "PiG bone", "shared midpoint",
+TRUTH, ASF, FUNCTIONAL, MIDPOINT, CENTRE, BONES, SHARED = KINDS = (
+    "bone seen", "ASF/AMC", "functional", "midpoint", "centre label", "PiG bone", "shared midpoint",
 )  # fmt: skip
 """Of several references for one joint the first kind counts; a shared midpoint never does."""
 # Metres between the two sides of a joint, from a child's wrist to a stout knee with its markers.
@@ -89,6 +90,9 @@ def find_references(path: Path, clip: Clip) -> References:
         for key in zip(clip.subjects, clip.labels, strict=True)
         if _is_computed(key[1], {label for whose, label in points if whose == key[0]})
     }
+    seen = path.with_name(f"{path.stem}.truth.csv")
+    if seen.exists():
+        found += _bones(seen, clip)
     lengths: dict[str, float] = {}
     files = beside(path)
     if files is not None:
@@ -99,6 +103,21 @@ def find_references(path: Path, clip: Clip) -> References:
         except (AcclaimError, KeyError, IndexError) as error:
             notes.append(f"skeleton beside it not read: {error}")
     return References(tuple(found), lengths, frozenset(withheld), tuple(notes))
+
+
+def _bones(path: Path, clip: Clip) -> list[Reference]:
+    """Joints of bones that were seen, by pins or X-rays: rows of frame, joint, x, y, z in metres."""
+    table = pd.read_csv(path)
+    if list(table.columns) != ["frame", "joint", "x", "y", "z"]:
+        return []
+    found = []
+    for joint, rows in table.groupby("joint"):
+        track = np.full((clip.frames, 3), np.nan)
+        at = rows["frame"].to_numpy() - clip.first_frame
+        here = (at >= 0) & (at < clip.frames)
+        track[at[here]] = rows[["x", "y", "z"]].to_numpy()[here]
+        found.append(Reference("*", str(joint), TRUTH, path.name, track))
+    return found
 
 
 def without(clip: Clip, withheld: Iterable[tuple[str, str]]) -> Clip:

@@ -13,8 +13,9 @@ from validation.estimates import METHODS, OURS, Subject
 from validation.references import FUNCTIONAL, Reference
 
 Array = NDArray[np.float64]
-# χ² of three degrees of freedom: 95 of 100 errors are inside.
+# χ² of three degrees of freedom: 95 and 50 of 100 errors are inside.
 ELLIPSOID = 7.815
+HALF = 2.366
 # Metres: a reference farther from all markers of both its segments belongs to something else.
 FARTHEST = 0.35
 # Markers that carry a joint from one clip into another.
@@ -44,6 +45,7 @@ class ErrorRow:
         worst_se: our standard error in the worst direction, cm.
         within_axes: mean error within two standard errors along each axis of our covariance.
         within_ellipsoid: within the 95 % ellipsoid of our covariance.
+        within_half: within the 50 % one.
         within_worst: its root mean square over axes at most twice the worst standard error.
     """
 
@@ -60,6 +62,7 @@ class ErrorRow:
     worst_se: float
     within_axes: bool | None
     within_ellipsoid: bool | None
+    within_half: bool | None
     within_worst: bool | None
 
 
@@ -111,7 +114,7 @@ def _row(name: str, subject: Subject, one: Reference) -> ErrorRow:
     if joint.fitted:
         turn = subject.fits[OURS].segments[joint.parent].pose.rotation
         away = _mean(np.einsum("fji,fj->fi", turn, one.track - joint.track))
-    axes, ellipsoid, worst = _within(away, joint.covariance)
+    axes, ellipsoid, half, worst = _within(away, joint.covariance)
     return ErrorRow(
         clip=name,
         subject=subject.assignment.subject,
@@ -126,19 +129,21 @@ def _row(name: str, subject: Subject, one: Reference) -> ErrorRow:
         worst_se=100 * joint.worst_error if joint.fitted else float("nan"),
         within_axes=axes,
         within_ellipsoid=ellipsoid,
+        within_half=half,
         within_worst=worst,
     )
 
 
-def _within(away: Array, covariance: Array) -> tuple[bool | None, bool | None, bool | None]:
+def _within(away: Array, covariance: Array) -> tuple[bool | None, ...]:
     """Whether an error (3,) is what the covariance says, along each of its axes, all together, at worst."""
     if not (np.isfinite(away).all() and np.isfinite(covariance).all()):
-        return None, None, None
+        return None, None, None, None
     values, axes = np.linalg.eigh(covariance)
     values = np.maximum(values, np.finfo(float).tiny)
     along = (axes.T @ away) ** 2 / values
     worst = float(np.linalg.norm(away)) / np.sqrt(3) <= 2 * np.sqrt(values[-1])
-    return bool((along <= 4).all()), bool(along.sum() <= ELLIPSOID), bool(worst)
+    whole = float(along.sum())
+    return bool((along <= 4).all()), whole <= ELLIPSOID, whole <= HALF, bool(worst)
 
 
 def _near(subject: Subject, one: Reference) -> bool:
@@ -253,7 +258,7 @@ def _carry(name: str, subject: Subject, other: Subject, one: Reference) -> Error
     inside = (inside - over.origin[0]) @ over.rotation[0]
     constants = {m: other.constant(one.joint, other.tracks[m][one.joint]) for m in METHODS}
     away = _mean(inside) - constants[OURS]
-    axes, ellipsoid, worst = _within(away, joint.covariance)
+    axes, ellipsoid, half, worst = _within(away, joint.covariance)
     return ErrorRow(
         clip=name,
         subject=subject.assignment.subject,
@@ -268,6 +273,7 @@ def _carry(name: str, subject: Subject, other: Subject, one: Reference) -> Error
         worst_se=100 * joint.worst_error,
         within_axes=axes,
         within_ellipsoid=ellipsoid,
+        within_half=half,
         within_worst=worst,
     )
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from mocap_skel.report.terminal import table
 from validation.estimates import METHODS, OURS
-from validation.references import KINDS
+from validation.references import KINDS, TRUTH
 from validation.scoring import ErrorRow, HalfRow, LengthRow
 
 
@@ -39,8 +39,8 @@ class ClipResult:
 
 
 def text(results: Sequence[ClipResult]) -> str:
-    """Every clip's tables, then the totals."""
-    parts = []
+    """Bones that were seen, every clip's tables, then the totals."""
+    parts = bones_table(results)
     for one in results:
         lines = [f"{one.name}: {one.failed or one.head}"]
         lines += [f"note: {note}" for note in one.notes]
@@ -52,6 +52,34 @@ def text(results: Sequence[ClipResult]) -> str:
             lines.append(_half_table(one.halves))
         parts.append("\n".join(lines))
     return "\n\n".join([*parts, totals_text(results)]) + "\n"
+
+
+def bones_table(results: Sequence[ClipResult]) -> list[str]:
+    """How far each method is from bones that were seen, in millimetres, with the medians; nothing without any.
+
+    Clips whose names begin alike, up to the first underscore, are of one person.
+    """
+    rows = [(one.name, r) for one in results for r in one.errors if r.kind == TRUTH]
+    if not rows:
+        return []
+    people = {name.rpartition("/")[2].partition("_")[0] for name, _ in rows}
+    cells = [
+        (name.rpartition("/")[2], r.joint, *(_number(10 * r.errors[m]) for m in METHODS))
+        for name, r in rows
+    ]
+    kinds = [r.joint.removeprefix("Left").removeprefix("Right") for _, r in rows]
+    for kind in dict.fromkeys(kinds):
+        here = [r for k, (_, r) in zip(kinds, rows, strict=True) if k == kind]
+        medians = (_median([10 * r.errors[m] for r in here]) for m in METHODS)
+        cells.append(("median", f"{kind}, {len(here)}", *(_number(m) for m in medians)))
+    head = ("bones seen: error mm (RMS)", "joint", *METHODS)
+    said = f"bones seen: {len(rows)} joints of {len(people)} persons"
+    return [f"{said}\n{table(head, cells, frozenset({0, 1}))}"]
+
+
+def _median(values: Sequence[float]) -> float:
+    have = [v for v in values if np.isfinite(v)]
+    return float(np.median(have)) if have else float("nan")
 
 
 def _error_table(rows: Sequence[ErrorRow]) -> str:
@@ -161,7 +189,7 @@ def totals_text(results: Sequence[ClipResult]) -> str:
     lines = [table(head, cells, frozenset({0, 1, 2})) if cells else "no reference found"]
     lines += [
         f"inside 2 s.e., {row['group']}: {row['axes']} of {row['n']} along every axis of the covariance, "
-        f"{row['ellipsoid']} in the 95 % ellipsoid, {row['worst']} by the worst s.e."
+        f"{row['ellipsoid']} in the 95 % ellipsoid, {row['half']} in the 50 % one, {row['worst']} by the worst s.e."
         for row in coverage(results)
     ]
     failed = [one for one in results if one.failed]
@@ -186,6 +214,7 @@ def coverage(results: Sequence[ClipResult]) -> list[dict[str, Any]]:
                     "n": len(here),
                     "axes": sum(bool(r.within_axes) for r in here),
                     "ellipsoid": sum(bool(r.within_ellipsoid) for r in here),
+                    "half": sum(bool(r.within_half) for r in here),
                     "worst": sum(bool(r.within_worst) for r in here),
                 }
             )

@@ -30,7 +30,7 @@ def in_own_names(skeleton: Skeleton, own: Mapping[str, str]) -> Skeleton:
     def shift(one: Shift) -> Shift:
         return replace(
             one, line=named(one.line), across=named(one.across), of=named(one.of),
-            toward=named(one.toward), upper=named(one.upper),
+            toward=named(one.toward), upper=named(one.upper), straight=named(one.straight),
         )  # fmt: skip
 
     def prior(one: Prior) -> Prior:

@@ -27,6 +27,10 @@ class Shift:
         beside: for a hinge: metres by which these lie beside the bone, on the landmark's side.
         upper: for a hinge: landmarks that stand for the bone's upper joint if the parent is the root, which has none.
         aside: for a hinge: metres by which these lie beside the bone, on the landmark's side.
+        straight: for a hinge: two markers of the figure; the line from the first to the second points inward
+            while the limb hangs straight.
+        turned: for a hinge: radians by which a hanging limb turns away from that.
+        sd: metres by which the step's length is off, beside the prior's own error.
     """
 
     line: tuple[str, ...] = ()
@@ -39,6 +43,9 @@ class Shift:
     beside: float = 0.0
     upper: tuple[str, ...] = ()
     aside: float = 0.0
+    straight: tuple[str, ...] = ()
+    turned: float = 0.0
+    sd: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,9 @@ class Prior:
     """Where anatomy has a joint.
 
     Attributes:
-        mean: landmarks of the parent segment whose mean it starts from.
+        mean: landmarks of the parent segment whose mean it starts from; none for one step along a hinge whose markers
+            are all on the outer side of both segments (halfway between the middles of both, known along the axis
+            alone), and for one step from the child's markers back to the parent's own joint.
         sd: how sure that is, in metres for a person of 1.75 m.
         source: where the numbers come from, for people.
         shifts: steps from that mean.
@@ -84,48 +93,64 @@ def _prior(entry: Any, places: Places, i: int) -> Prior:
     )
     source = is_a(entry.get("source", ""), str, places.of(i, "prior.source"), "source: a text")
     mean = names(entry.get("mean", []), places, i, "prior.mean")
-    if not mean:
+    entries = is_a(entry.get("shift", []), list, places.of(i, "prior.shift"), "shift: a list")
+    shifts = tuple(_shift(each, places, i, mean=bool(mean)) for each in entries)
+    if not mean and [bool(shift.hinge or shift.toward) for shift in shifts] != [True]:
         raise SkeletonError(
-            f"{places.of(i, 'prior.mean')}: a prior starts at the mean of landmarks"
+            f"{places.of(i, 'prior.mean')}: a prior starts at the mean of landmarks, or is one step along a hinge "
+            "or from markers of the child"
         )
-    shifts = is_a(entry.get("shift", []), list, places.of(i, "prior.shift"), "shift: a list")
-    return Prior(mean, sd, source, tuple(_shift(each, places, i) for each in shifts))
+    return Prior(mean, sd, source, shifts)
 
 
-def _shift(entry: Any, places: Places, i: int) -> Shift:
-    """One step of a prior: exactly one direction, with all that this direction needs."""
+def _shift(entry: Any, places: Places, i: int, *, mean: bool) -> Shift:
+    """One step of a prior: exactly one direction, with all that this direction needs.
+
+    Args:
+        entry: the table.
+        places: of the file.
+        i: the segment's index in it.
+        mean: whether the prior starts at landmarks; else a hinge needs no markers of the child.
+    """
     here = places.of(i, "prior.shift")
     entry = is_a(entry, dict, here, "shift: a list of tables")
     known = {
         "line", "across", "hinge", "ratio", "of", "by", "toward", "beside", "upper", "aside",
+        "straight", "turned", "sd",
     }  # fmt: skip
     known_keys(entry, known, places, i, "prior.shift.")
     points = {
         key: names(entry.get(key, []), places, i, f"prior.shift.{key}")
-        for key in ("line", "across", "of", "toward", "upper")
+        for key in ("line", "across", "of", "toward", "upper", "straight")
     }
-    for key, count in (("line", 2), ("across", 4), ("of", 2)):
+    for key, count in (("line", 2), ("across", 4), ("of", 2), ("straight", 2)):
         if len(points[key]) not in (0, count):
             raise SkeletonError(f"{here}: {key} is {count} landmarks, not {list(points[key])}")
     hinge = entry.get("hinge", 0)
     if hinge not in (-1, 0, 1) or isinstance(hinge, bool):
         raise SkeletonError(f"{here}: hinge is 1 or -1, not {hinge!r}")
-    if sum(map(bool, (points["line"], points["across"], hinge))) != 1:
+    back = not mean and not hinge and points["toward"]
+    if sum(map(bool, (points["line"], points["across"], hinge, back))) != 1:
         raise SkeletonError(f"{here}: a shift has one direction: line, across or hinge")
-    if hinge and not points["toward"]:
+    if hinge and mean and not points["toward"]:
         raise SkeletonError(
             f"{here}: a shift along a hinge needs markers of the child, toward = [...]"
         )
     numbers = {
         key: number(entry.get(key, 0.0), here, f"{key} is a number")
-        for key in ("ratio", "by", "beside", "aside")
+        for key in ("ratio", "by", "beside", "aside", "turned", "sd")
     }
     if hinge and not numbers["by"] > 0:
         raise SkeletonError(f"{here}: a shift along a hinge needs its length in metres, by = ...")
+    if points["straight"] and not numbers["turned"] > 0:
+        raise SkeletonError(
+            f"{here}: straight needs how far it may be off in radians, turned = ..."
+        )
     return Shift(
         line=points["line"], across=points["across"], of=points["of"], toward=points["toward"],
         hinge=hinge, ratio=numbers["ratio"], by=numbers["by"], beside=numbers["beside"],
-        upper=points["upper"], aside=numbers["aside"],
+        upper=points["upper"], aside=numbers["aside"], straight=points["straight"],
+        turned=numbers["turned"], sd=numbers["sd"],
     )  # fmt: skip
 
 

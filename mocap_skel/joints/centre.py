@@ -20,6 +20,7 @@ from mocap_skel.joints.samples import JointSamples, gather
 from mocap_skel.joints.skin import skin_error
 from mocap_skel.joints.sphere import Sphere, fit_markers
 from mocap_skel.joints.verdicts import (
+    LEAST_SPREAD,
     SAFE_RESIDUAL,
     Verdict,
     by_movement,
@@ -37,17 +38,21 @@ class PriorKnowledge:
         expected: where anatomy has the joint; None for what the motion alone gives.
         looseness: how far the joint is from a ball, as `Segment.looseness`.
         pooled: evidence of other clips, of the same M markers; None without any.
+        size: the subject's, 1 for a person of 1.75 m.
     """
 
     expected: Expected | None = None
     looseness: float = 1.0
     pooled: Evidence | None = None
+    size: float = 1.0
 
     def of(self, markers: NDArray[np.bool_]) -> PriorKnowledge:
         """The same for some of the markers (M,)."""
         return self if self.pooled is None else replace(self, pooled=self.pooled[markers])
 
 
+# However little a joint moves, so much of its information is left: no covariance is without bounds.
+LEAST_SHOWN = 1e-4
 _AS_SUITS = Estimation()
 _NOTHING = PriorKnowledge()
 
@@ -123,10 +128,13 @@ def _posterior(sphere: Sphere, motion: Estimate, known: PriorKnowledge) -> Poste
         # The frame turns as nobody sees, or as the markers in it do. A pure fit has nothing else.
         found = found.widened(sphere.evidence.reach**2 * np.eye(3))
     if known.expected is not None:
-        # A pure fit stays what it is; only a centre that is combined is moved.
+        # A pure fit stays what it is; only a centre that is combined is averaged.
         # The point that both segments share stays where it is in a frame that turns as it should.
         shared = None if frame.lost else sphere.evidence.shared
-        found = with_shared_point(found.moved(skin.shift), shared, skin.slide)
+        found = with_shared_point(found, shared, skin.slide)
+        # Skin on a person who stands still moves the markers too, and shows nothing of the joint.
+        moved = (sphere.weakest_sd / (LEAST_SPREAD * known.size)) ** 2
+        found = Estimate(found.centre, found.covariance / np.clip(moved, LEAST_SHOWN, 1.0))
     return combine(found, known.expected)
 
 
@@ -159,5 +167,6 @@ def _result(
         share=found.share,
         landmarks=() if expected is None else expected.landmarks,
         source="" if expected is None else expected.source,
+        anatomy=None if expected is None else expected.mean,
         evidence=sphere.seen.own,
     )

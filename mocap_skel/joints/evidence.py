@@ -156,7 +156,10 @@ def _wide(weights: Array, like: Array) -> Array:
 
 
 def _both(a: SharedPoint | None, b: SharedPoint | None) -> SharedPoint | None:
-    """Two clips' shared points as one: their information adds up, the variance that skin leaves is the mean."""
+    """Two clips' shared points as one: their information adds up, and they turn as much as both do on average.
+
+    So two alike are as one of half the residual; the places that they cover do not become more.
+    """
     found = [s for s in (a, b) if s is not None and s.residual > 0]
     if len(found) < 2:
         return found[0] if found else a or b
@@ -165,7 +168,8 @@ def _both(a: SharedPoint | None, b: SharedPoint | None) -> SharedPoint | None:
     push = sum(w @ (s.centre - middle) for w, s in zip(weights, found, strict=True))
     total = weights[0] + weights[1]
     centre = middle + np.linalg.pinv(total, rcond=1e-9, hermitian=True) @ np.asarray(push)
-    residual = 0.5 * (found[0].residual + found[1].residual)
+    turned, known = sum(float(np.trace(s.turns)) for s in found), float(np.trace(total))
+    residual = 0.5 * (turned / known if known > 0 else found[0].residual + found[1].residual)
     return SharedPoint(centre, total * residual, residual)
 
 

@@ -40,6 +40,7 @@ class CentreFit:
         share: how much of the centre is from the motion, 0 to 1; the rest is anatomy's.
         landmarks: the markers that anatomy's part rests on; empty without a prior.
         source: the publication that the prior comes from, as the skeleton file names it; "" without a prior.
+        anatomy: (3,) the centre that anatomy alone gives; None without a prior.
         evidence: what this clip's own markers tell of the centre; None where they were not used.
     """
 
@@ -61,6 +62,7 @@ class CentreFit:
     share: float
     landmarks: tuple[str, ...]
     source: str
+    anatomy: Array | None = field(default=None, kw_only=True)
     evidence: Evidence | None = field(default=None, kw_only=True)
 
     @property
@@ -126,7 +128,7 @@ def from_anatomy(expected: Expected, reason: str, markers: int = 0) -> CentreFit
     return CentreFit(
         centre=expected.mean, covariance=expected.covariance, radius=np.full(markers, np.nan),
         reason=reason, method=PRIOR, share=0.0, landmarks=expected.landmarks, source=expected.source,
-        **_no_motion(),
+        anatomy=expected.mean, **_no_motion(),
     )  # fmt: skip
 
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from mocap_skel.figure.skeleton import Segment
 from mocap_skel.joints.calibration import Pooled, Template, pooled_evidence, template_of
+from mocap_skel.joints.hinge import Turning, turning
 from mocap_skel.joints.priors import Expected, Surroundings, expected_joint
 from mocap_skel.joints.samples import LEAST_SAMPLES
 from mocap_skel.joints.segment_pose import Placed
@@ -14,6 +17,9 @@ from mocap_skel.joints.two_sided import SharedPoint, shared_point
 from mocap_skel.segments.pose import Array
 from mocap_skel.segments.prepare import Prepared
 from mocap_skel.spherefit import Moments, sphere_moments
+
+# Markers that make a patch, whose way of facing is told by their places.
+CLUSTER = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,23 +63,56 @@ def expected_in(
         return None
     columns = prepared.markers(segment.name)
 
+    def middle_of(markers: tuple[str, ...]) -> Array:
+        """(frames, 3): the middle of some of the child's markers, of all for ()."""
+        few = inside[:, [columns.index(m) for m in markers]] if markers else inside
+        return np.asarray(few.mean(axis=1))
+
     def lower(markers: tuple[str, ...]) -> Moments | None:
         if not all(m in columns for m in markers):
             return None
-        found = sphere_moments(inside[:, [columns.index(m) for m in markers]].mean(axis=1))
+        found = sphere_moments(middle_of(markers))
         return found if found.count >= LEAST_SAMPLES else None
 
-    around = Surroundings(parent.template, parent.posed.joint, lower, task.size, parent.joint_error)
+    def turn(markers: tuple[str, ...]) -> Turning | None:
+        hinge = segment.freedom == "hinge" and segment.name in prepared.shapes
+        if not hinge or not all(m in columns for m in markers):
+            return None
+        middle = np.mean(list(parent.template.values()), axis=0)
+        return turning(parent.pose, prepared.shapes[segment.name][1], middle_of(markers), middle)
+
+    def direction(first: str, second: str) -> Array | None:
+        a, b = prepared.track(first), prepared.track(second)
+        if a is None or b is None:
+            return None
+        line = np.einsum("fij,fi->fj", parent.pose.rotation, b - a)
+        line = line[np.isfinite(line[:, 0])]
+        if not len(line):
+            return None
+        return np.asarray((line / np.linalg.norm(line, axis=1)[:, None]).mean(axis=0))
+
+    cluster: tuple[Array, Array] | None = None
+    if segment.name in prepared.shapes:
+        own = prepared.shapes[segment.name][0].template
+        seen = np.isfinite(own[:, 0]) & np.isfinite(inside[..., 0]).any(axis=0)
+        if seen.sum() >= CLUSTER:
+            cluster = own[seen], np.nanmean(inside[:, seen], axis=0)
+    around = Surroundings(
+        parent.template,
+        parent.posed.joint,
+        lower,
+        task.size,
+        turn,
+        direction,
+        cluster,
+        parent.joint_error,
+    )
     return expected_joint(segment.priors, task.skeleton.landmarks, around)
 
 
 def _shared(segment: Segment, parent: Placed, prepared: Prepared) -> SharedPoint | None:
-    """The point of a segment's own shape that stays in its parent.
-
-    Not for a ball joint: there it follows the skin's turns about the bone, which a marker's distance
-    from the centre does not feel.
-    """
-    if segment.name not in prepared.shapes or segment.looseness <= 1:
+    """The point of a segment's own shape that stays in its parent."""
+    if segment.name not in prepared.shapes:
         return None
     return shared_point(parent.pose, prepared.shapes[segment.name][1])
 

@@ -23,10 +23,6 @@ class Estimate:
     centre: Array
     covariance: Array
 
-    def moved(self, shift: Array) -> Estimate:
-        """The centre moved by (3,), metres; as well known as before."""
-        return Estimate(self.centre + shift, self.covariance)
-
     def widened(self, by: Array) -> Estimate:
         """The same centre with an independent error more, (3, 3), m²."""
         return Estimate(self.centre, self.covariance + by)
@@ -47,7 +43,8 @@ def with_shared_point(motion: Estimate, shared: SharedPoint | None, slide: float
     """The average of a sphere fit's centre and of the point that both segments share.
 
     Both come from the same frames, so neither adds to what the other knows: each direction counts by
-    its information, both with equal shares (covariance intersection, Julier & Uhlmann 1997).
+    its information, both with equal shares (covariance intersection, Julier & Uhlmann 1997). What skin leaves
+    of the point is a mean over the places that the turns cover, as for a sphere.
 
     Args:
         motion: of the sphere fit.
@@ -55,14 +52,14 @@ def with_shared_point(motion: Estimate, shared: SharedPoint | None, slide: float
         slide: variance of skin's slide, which shifts it as it does the centre, m².
 
     >>> motion = Estimate(np.array([0.02, 0.0, 0.0]), 1e-4 * np.eye(3))
-    >>> point = SharedPoint(np.zeros(3), turns=0.5 * np.eye(3), residual=5e-5)
+    >>> point = SharedPoint(np.zeros(3), turns=0.01 * np.eye(3), residual=1e-6)
     >>> with_shared_point(motion, point, slide=0.0).centre.round(3)
     array([0.01, 0.  , 0.  ])
     """
     if shared is None or not shared.residual > 0:
         return motion
     values, axes = np.linalg.eigh(shared.turns)
-    known = (axes * (values / (shared.residual + slide * values))) @ axes.T
+    known = (axes * (values / (shared.residual / shared.places + slide * values))) @ axes.T
     first = np.linalg.inv(motion.covariance)
     both = np.linalg.inv(0.5 * (first + known))
     return Estimate(both @ (0.5 * (first @ motion.centre + known @ shared.centre)), both)

@@ -13,12 +13,15 @@ import numpy as np
 
 from mocap_skel.figure.prior_tables import Prior, Shift
 from mocap_skel.figure.skeleton import Skeleton
-from mocap_skel.joints.hinge import inward
+from mocap_skel.joints.hinge import Turning, axis_inward
 from mocap_skel.segments.pose import Array
 from mocap_skel.spherefit import Moments
 
 # Cosine between the bone above and the way inward above which the two are not square to each other.
 MOST_ALONG = 0.5
+# Metres, in a person of 1.75 m: how little is known of a hinge's place across its axis by the middles of the
+# markers on both segments: as much as a bone is long.
+ACROSS = 0.4
 # Beyond such sizes a clip is in the wrong unit.
 SIZES = (0.1, 10.0)
 
@@ -47,8 +50,15 @@ class Surroundings:
     Attributes:
         places: marker of the parent → (3,).
         upper: (3,), the parent's own joint towards its parent; None for the root.
-        lower: markers of the child → the moments of their mean; None where they are not seen together.
+        lower: markers of the child, or () for all of them → the moments of their mean; None where they are
+            not seen together.
         size: the subject's, 1 for a person of 1.75 m.
+        turn: markers of the child far down it, or () for all → how it turned in the parent; None where it
+            has no pose.
+        direction: two markers of the figure → the mean (3,) of the unit vectors from the first to the second;
+            None where they are not seen.
+        cluster: the child's markers: their places (M, 3) in a frame of its own and their mean places (M, 3) in
+            the parent, where the child has a pose.
         upper_error: standard deviation of `upper` in the direction in which it is known least.
     """
 
@@ -56,6 +66,9 @@ class Surroundings:
     upper: Array | None
     lower: Callable[[tuple[str, ...]], Moments | None]
     size: float
+    turn: Callable[[tuple[str, ...]], Turning | None] = lambda _: None
+    direction: Callable[[str, str], Array | None] = lambda _, __: None
+    cluster: tuple[Array, Array] | None = None
     upper_error: float = 0.0
 
 
@@ -103,18 +116,21 @@ def expected_joint(
     (array([0., 0., 0.]), ('LKNE', 'LKNI'))
     """
     for prior in priors:
-        found = _mean(prior, landmarks, around)
+        found = _mean(prior, landmarks, around) if prior.mean else _between(prior, around)
         if found is not None:
-            mean, used = found
+            mean, used, unsure = found
             sd = prior.sd * around.size
-            return Expected(mean, sd**2 * np.eye(3), used, prior.source)
+            return Expected(mean, sd**2 * np.eye(3) + unsure, used, prior.source)
     return None
 
 
 def _mean(
     prior: Prior, landmarks: Mapping[str, Sequence[Sequence[str]]], around: Surroundings
-) -> tuple[Array, tuple[str, ...]] | None:
-    """The place (3,) that a prior says, and the markers that it rests on; None if one is missing."""
+) -> tuple[Array, tuple[str, ...], Array] | None:
+    """The place (3,) that a prior says, the markers that it rests on, and what its axis adds to its covariance.
+
+    None if a landmark is missing.
+    """
     used: dict[str, None] = {}
 
     def place(name: str) -> Array | None:
@@ -128,23 +144,84 @@ def _mean(
     if not points or any(p is None for p in points):
         return None
     mean = np.mean([p for p in points if p is not None], axis=0)
-    total = np.zeros(3)
+    total, unsure = np.zeros(3), np.zeros((3, 3))
     for shift in prior.shifts:
-        step = (
-            _hinge_step(shift, prior.sd, mean, place, around)
-            if shift.hinge
-            else _landmark_step(shift, place, around)
-        )
+        if shift.hinge:
+            inward = _hinge_step(shift, prior.sd, mean, place, around)
+            if inward is None:
+                return None
+            total, unsure = total + inward[0], unsure + inward[1]
+            continue
+        step = _landmark_step(shift, place, around)
         if step is None:
             return None
-        total = total + step
-    return mean + total, tuple(used)
+        total, unsure = total + step[0], unsure + step[1]
+    return mean + total, tuple(used), unsure
+
+
+def _between(prior: Prior, around: Surroundings) -> tuple[Array, tuple[str, ...], Array] | None:
+    """As `_mean`, for a joint without a landmark. For a hinge: inward from the middles of the markers of both segments.
+
+    As far as these markers lie on the outer side of the limb, and not in front of it or all around. None unless
+    the turn shows the axis. Across the axis next to nothing is known.
+    """
+    (shift,) = prior.shifts
+    if not shift.hinge:
+        return _before_the_child(shift, around)
+    turn = around.turn(())
+    if turn is None or not turn.shown or around.cluster is None:
+        return None
+    axis, sure = turn.inward(shift.hinge)
+    own, there = around.cluster
+    above = np.array(list(around.places.values()))
+    depth = shift.by * around.size
+    outer = [_on_the_outer_side(above, above @ axis), _on_the_outer_side(own, there @ axis)]
+    # Both may lie on either side of the limb where the side of the axis is not sure.
+    steps = 0.5 * (above.mean(axis=0) + there.mean(axis=0)) + sure * depth * np.mean(outer) * axis
+    error = (ACROSS * around.size) ** 2 * (np.eye(3) - np.outer(axis, axis))
+    error = error + (1.0 - sure**2) * depth**2 * np.outer(axis, axis)
+    return steps, tuple(around.places), error
+
+
+def _before_the_child(
+    shift: Shift, around: Surroundings
+) -> tuple[Array, tuple[str, ...], Array] | None:
+    """As `_mean`: from markers of the child back on the line to the parent's own joint."""
+    lower = around.lower(shift.toward)
+    if lower is None or around.upper is None:
+        return None
+    back = around.upper - lower.mean
+    length = float(np.linalg.norm(back))
+    depth = shift.by * around.size
+    # A joint beyond the parent's own is none.
+    if not length > depth:
+        return None
+    return lower.mean + depth / length * back, shift.toward, np.zeros((3, 3))
+
+
+def _on_the_outer_side(places: Array, along: Array) -> float:
+    """Cosine between the axis and the way that a patch of markers faces: 1 on the limb's outer side, 0 in front.
+
+    A patch is thin the way it faces, and long along the bone: between the two directions of least spread, that
+    along the axis tells how it is turned.
+
+    Args:
+        places: (M, 3) of the markers, metres, in a frame of their segment.
+        along: (M,) the same along the hinge's axis.
+    """
+    thin, wide, _ = np.linalg.eigvalsh(np.cov(places.T, bias=True))
+    if not wide > thin:
+        return 0.0
+    return float(np.sqrt(np.clip((wide - along.var()) / (wide - thin), 0.0, 1.0)))
 
 
 def _landmark_step(
     shift: Shift, place: Callable[[str], Array | None], around: Surroundings
-) -> Array | None:
-    """A shift (3,) along a line of landmarks or across two; None if one is missing or has no direction."""
+) -> tuple[Array, Array] | None:
+    """A shift (3,) along a line of landmarks or across two, and its covariance (3, 3), m².
+
+    None if a landmark is missing or has no direction.
+    """
     ends = [place(name) for name in (*shift.line, *shift.across, *shift.of)]
     lines = []
     for a, b in zip(ends[::2], ends[1::2], strict=True):
@@ -156,7 +233,9 @@ def _landmark_step(
     size = float(np.linalg.norm(along))
     if not size > 0:
         return None
-    return np.asarray(along / size * (shift.ratio * length + shift.by * around.size))
+    along = along / size
+    error = (shift.sd * around.size) ** 2 * np.outer(along, along)
+    return along * (shift.ratio * length + shift.by * around.size), error
 
 
 def _hinge_step(
@@ -165,9 +244,14 @@ def _hinge_step(
     marker: Array,
     place: Callable[[str], Array | None],
     around: Surroundings,
-) -> Array | None:
-    """A shift (3,) inward from a marker beside a hinge; None if a bone's end is not known or all is in line."""
+) -> tuple[Array, Array] | None:
+    """A shift (3,) inward from a marker beside a hinge, and its covariance (3, 3), m².
+
+    None if a bone's end is missing or all is in line, and no turn tells the axis.
+    """
     lower, upper, aside = around.lower(shift.toward), around.upper, 0.0
+    if lower is None:
+        return None
     # An upper end that is off turns the way inward by its error over the bone's length. Where this moves the joint
     # farther than the prior's own error, the prior would claim more than it knows.
     if upper is not None:
@@ -178,14 +262,18 @@ def _hinge_step(
         known = [p for p in stand_ins if p is not None]
         if known and len(known) == len(stand_ins):
             upper, aside = np.mean(known, axis=0), shift.aside
-    if lower is None or upper is None:
+    turn = around.turn(shift.toward)
+    shown = turn is not None and turn.shown
+    straight = around.direction(*shift.straight) if shift.straight else None
+    if upper is None and not shown:
         return None
-    direction = inward(
-        marker - upper, lower.mean - marker, shift, around.size, lower.covariance, aside
+    above = None if upper is None else marker - upper
+    direction, error = axis_inward(
+        above, lower.mean - marker, shift, around.size, lower.covariance, aside, turn, straight
     )
     # Inward is square to the bone but for the joint's depth; where marker, joints and bones are all in line,
     # nothing says which way it is.
-    along = abs(float(direction @ (marker - upper)))
-    if not along < MOST_ALONG * np.linalg.norm(marker - upper):
+    if above is not None and not abs(float(direction @ above)) < MOST_ALONG * np.linalg.norm(above):
         return None
-    return np.asarray(direction * shift.by * around.size)
+    depth = shift.by * around.size
+    return direction * depth, error * depth**2

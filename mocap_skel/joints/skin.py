@@ -8,21 +8,21 @@ from functools import cached_property
 import numpy as np
 
 from mocap_skel.joints.sphere import Sphere
+from mocap_skel.joints.two_sided import places_of
 from mocap_skel.segments.pose import Array
 
-# `benchmarks/coverage.py` prints how often the truth lies within the errors that follow from these numbers.
 # The part of skin's slide that is in proportion to the joint's turn looks like another centre and leaves no
-# residual: metres a radian of it for each metre of slide that does. For a ball joint; `Segment.looseness`
-# times that where the bones themselves roll and glide.
+# residual: metres a radian of it for each metre of slide that does, times `Segment.looseness`, where the bones
+# themselves roll and glide. By eye: five loose joints whose bones were seen ask for 2.6 in the directions that
+# are shown (`benchmarks/skin.py`), but with 4 the knees and ankles of walks are worse than anatomy alone.
 SLIDE = 7.5
+# The same for a ball joint. How far its markers contradict each other tells their own slides; this is what all
+# of them have in common: with it a functional hip is 6.6 mm off along each axis (Fiorentino 2016; the sum is in
+# `benchmarks/skin.py`).
+COMMON = 4.0
 # Metres a radian for each metre of reach: skin of a limb of 30 cm goes some centimetre while its joint turns
 # by 90 degrees (Leardini 2005), also where a motion is too small to show any of it.
 USUAL = 0.02
-# Radians: within such a turn of the marker's direction the skin lies as before, beyond it anew.
-ALIKE = 0.4
-# Skin slides about twice as far along a bone as away from it (Cappozzo 1996), and turns the parent's frame
-# by all of it, but only the latter is seen in a radius: ratio of the variances.
-ALONG = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,23 +31,24 @@ class Skin:
 
     Attributes:
         covariance: (3, 3), m².
-        shift: (3,), metres, what the middle of the possible noise levels would move the centre by.
         slide: variance of the slide in proportion to the angle, m².
+        smooth: variance of the radial residuals that follow each other smoothly, m².
+        places: that the markers' directions cover, between which the skin lies anew.
     """
 
     covariance: Array
-    shift: Array
     slide: float
+    smooth: float
+    places: float
 
 
 def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
     """The error of a fitted centre that the soft tissue under the markers makes.
 
     Residuals that follow each other smoothly are the same whenever the joint comes back to the same place:
-    they do not average out over frames or markers, only over the places, as many as the markers'
-    directions cover. Three parts: such residuals as the noise of a sphere fit; the slide in proportion to
-    the angle, which they show the size of only; and what they add to the noise that was taken away, on
-    the child and by the parent's frame, of which nobody knows how much is independent of the motion.
+    they do not average out over frames, only over the places, as many as the markers' directions cover. Two
+    parts: such residuals as the noise of a sphere fit, for a ball joint as far as its markers contradict each
+    other; and the slide in proportion to the angle, which they show the size of only.
 
     Args:
         sphere: the fit, with the smooth share of its radial residuals.
@@ -74,10 +75,46 @@ def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
     axes = solved @ axes
     unseen = seen.skin + hidden * float(np.trace(seen.cap))
     known = np.maximum(values, 0.0) * seen.places / unseen + 1.0 / seen.reach**2
-    shift = _noise_shift(seen)
-    slide = looseness**2 * (SLIDE**2 * seen.skin / seen.places + hidden)
-    covariance = (axes / known) @ axes.T + np.outer(shift, shift)
-    return Skin(covariance + slide * np.eye(3), shift, slide)
+    part = (axes / known) @ axes.T
+    rate = SLIDE * looseness if looseness > 1.0 else COMMON
+    slide = rate**2 * seen.skin / seen.places + looseness**2 * hidden
+    if looseness <= 1.0:
+        part = _of_markers(seen, part)
+    return Skin(part + slide * np.eye(3), slide, seen.skin, seen.places)
+
+
+def _of_markers(seen: _Directions, part: Array) -> Array:
+    """(3, 3), m²: the error by how far the markers contradict each other, each one draw of skin.
+
+    Each marker pulls at the common centre; the pulls add up to nothing, and their scatter is the error's (White
+    1980, "sandwich"). It is a mean over the directions, in proportion to the inverse of what the fit knows of
+    them. One marker contradicts nobody: of M draws the scatter counts for M - 1.
+
+    Args:
+        seen: the fit.
+        part: (3, 3), m², the error by the places, for a fit whose markers say nothing of each other.
+    """
+    sphere, count = seen.sphere, len(seen.share)
+    if count < 2 or sphere.rank == 0:
+        return part
+    evidence, solved = sphere.evidence, sphere.solved
+    weight = sphere.weights * evidence.freedom
+    third = evidence.moments.third - sphere.fit.sigma**2 * evidence.skew
+    pulls = np.einsum("pij,pj->pi", seen.moved, sphere.away) + 0.5 * third
+    # Of a pull only the smooth share is skin's; noise has its own bound.
+    pulls = (weight * np.sqrt(evidence.smooth))[:, None] * pulls @ solved
+    scatter = count / (count - 1.0) * pulls.T @ pulls
+    values, axes = np.linalg.eigh(solved.T @ np.einsum("p,pij->ij", weight, seen.moved) @ solved)
+    # No less than rounding leaves of a marker that turned all around.
+    values = np.maximum(values, np.finfo(float).eps * seen.reach**2 * float(weight.sum()))
+    level = float(np.trace((axes.T @ scatter @ axes) / values[:, None])) / len(values)
+    # A size that is known from few draws has the tails of Student's: its variance by their number.
+    draws = len(values) * (count - 1)
+    level *= draws / max(draws - 2, 1)
+    # Nothing is known worse than to the reach, as for the places.
+    variance = level / (values + level / seen.reach**2)
+    known = solved @ axes
+    return np.asarray(part / count + (1.0 - 1.0 / count) * (known * variance) @ known.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,9 +170,7 @@ class _Directions:
         axis = middle / length if length > 0 else middle
         across = np.eye(3) - np.outer(axis, axis)
         spread = np.linalg.eigvalsh(across @ self.cap @ across)[1:]
-        # √12 standard deviations are the whole width of an even distribution.
-        width = np.sqrt(12.0 * np.maximum(spread, 0.0))
-        return float(np.prod(np.maximum(width / ALIKE, 1.0)))
+        return places_of(np.asarray(spread))
 
 
 def _hidden_slide(seen: _Directions) -> float:
@@ -149,19 +184,3 @@ def _hidden_slide(seen: _Directions) -> float:
     usual = (USUAL * seen.reach / seen.places**2) ** 2
     concealed = SLIDE**2 * float(seen.share @ (seen.sphere.variance * unnoticed))
     return usual * concealed / max(usual + concealed, np.finfo(float).tiny)
-
-
-def _noise_shift(seen: _Directions) -> Array:
-    """(3,): where the centre goes when half of the skin is taken away as noise too.
-
-    Nobody knows how much of skin is noise, between none and all of it: the middle. To first order
-    (C - N - ΔN)(c - x̄) = ½ S.
-    """
-    leverage = seen.sphere.evidence.leverage
-    extra = 0.5 * (seen.smooth[:, None, None] * np.eye(3) + ALONG * seen.skin * leverage)
-    system, more = (np.einsum("p,pij->ij", seen.share, m) for m in (seen.moved, extra))
-    push = seen.part @ np.einsum("p,pij,pj->i", seen.share, extra, seen.sphere.away)
-    values, axes = np.linalg.eigh(seen.part @ system @ seen.part)
-    # No farther than to the markers, however little is left of a direction.
-    least = np.einsum("ik,ij,jk->k", axes, more, axes)
-    return np.asarray(-axes @ ((axes.T @ push) / np.maximum(values, least + np.finfo(float).tiny)))

@@ -14,6 +14,8 @@ import numpy as np
 from mocap_skel.segments.pose import Array, Pose
 from mocap_skel.spherefit import smooth_share
 
+# Radians: within such a turn of the marker's direction the skin lies as before, beyond it anew.
+ALIKE = 0.4
 # Turns of less than such a standard deviation are the wobble of the poses themselves, radians.
 LEAST_TURN = 0.03
 
@@ -32,6 +34,26 @@ class SharedPoint:
     centre: Array
     turns: Array
     residual: float
+
+    @property
+    def places(self) -> float:
+        """How many places the child's turns go to, between which the skin lies anew."""
+        spread = np.sort(0.5 * np.trace(self.turns) - np.linalg.eigvalsh(self.turns))[1:]
+        return places_of(spread)
+
+
+def places_of(spread: Array) -> float:
+    """How many places a turn goes to, between which the skin lies anew; at least one each way.
+
+    Args:
+        spread: (2,) variances of the directions, radians².
+
+    >>> round(places_of(np.array([0.8**2 / 12, 0.0])), 6)
+    2.0
+    """
+    # √12 standard deviations are the whole width of an even distribution.
+    width = np.sqrt(12.0 * np.maximum(spread, 0.0))
+    return float(np.prod(np.maximum(width / ALIKE, 1.0)))
 
 
 def shared_point(parent: Pose, child: Pose) -> SharedPoint | None:

@@ -43,19 +43,30 @@ def in_window(found):
         (WALK, SOME, WHITE, "none"),
         (WALK, MUCH, WHITE, "skeleton"),
         (WALK, MUCH, SLOW, "none"),
+        (PART, SOME, FAST, "skeleton"),
     ],
 )
 def test_95_percent_intervals_cover_90_to_98_percent(motion, skin, noise, prior):
     assert in_window(collect(motion, skin, noise, prior))
 
 
+@pytest.mark.parametrize(
+    ("motion", "noise"), [(ROM, WHITE), (SHORT, SLOW), (PART, FAST), (WALK, SLOW)]
+)
+def test_50_percent_ellipsoids_cover_40_to_65_percent_where_skin_slides_as_it_does(motion, noise):
+    """By up to 15 mm, as on a thigh (Cappozzo 1996). Where it slides less they are wider: 78 % over all scenarios."""
+    found = collect(motion, MUCH, noise, "skeleton")
+    share, (low, high) = bench.halves(found), bench.HALF_WINDOW
+    # Each joint is one trial.
+    chance = 2.0 * np.sqrt(np.array([low * (1 - low), high * (1 - high)]) / len(found))
+    assert low - chance[0] <= share <= high + chance[1]
+
+
 @pytest.mark.xfail(
     strict=True,
     reason="too wide: 7.5 m a radian of slide per metre of smooth residual is what real skin needs",
 )
-@pytest.mark.parametrize(
-    ("motion", "skin", "noise"), [(ROM, NONE, SLOW), (ROM, SOME, SLOW), (PART, SOME, FAST)]
-)
+@pytest.mark.parametrize(("motion", "skin", "noise"), [(ROM, NONE, SLOW), (ROM, SOME, SLOW)])
 def test_95_percent_intervals_are_no_wider_than_that(motion, skin, noise):
     assert in_window(collect(motion, skin, noise, "skeleton"))
 

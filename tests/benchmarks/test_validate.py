@@ -10,7 +10,15 @@ import validate
 from click.testing import CliRunner
 from validation import asf_amc, published, references
 
-from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record, write_c3d
+from mocap_skel.artificial import (
+    Faults,
+    from_vector,
+    human,
+    marker_set,
+    range_of_motion,
+    record,
+    write_c3d,
+)
 from mocap_skel.segments.pose import Pose
 from mocap_skel.spherefit import gdke, mgdk, pratt, sphere_moments
 
@@ -257,6 +265,60 @@ def test_the_table_and_csv_and_files(folder, tmp_path):
     assert again.exit_code == 2 and "--overwrite" in again.output
     rows = run(folder, "--only", "film", "-q", "--csv").stdout.splitlines()
     assert rows[0].startswith("table,clip,subject,what,reference") and len(rows) > 30
+
+
+def test_bones_that_were_seen_are_the_first_table_in_millimetres(tmp_path):
+    """A person's film with its true hips beside it, one moved by 2 cm: ours is off by that, in millimetres."""
+    recording = record(
+        human(), marker_set("cmu"), range_of_motion(8, 60, seed=4), Faults(sigma=0.001), seed=4
+    )
+    write_c3d(recording, tmp_path / "ANNA_film.c3d")
+    rows = ["frame,joint,x,y,z"]
+    for joint, off in (("LeftHip", 0.0), ("RightHip", 0.02)):
+        rows += [
+            f"{f + 1},{joint},{x + off:.6f},{y:.6f},{z:.6f}"
+            for f, (x, y, z) in enumerate(recording.truth[joint])
+        ]
+    (tmp_path / "ANNA_film.truth.csv").write_text("\n".join(rows), encoding="utf-8")
+    text = run(tmp_path, "-q").stdout
+    assert text.startswith("bones seen: 2 joints of 1 persons\n")
+    lines = text.splitlines()
+    near, far = (next(x for x in lines if joint in x).split() for joint in ("LeftHip", "RightHip"))
+    assert float(near[2]) < 5
+    assert float(far[2]) == pytest.approx(20, abs=5)
+    median = next(x for x in lines if x.startswith("median")).split()
+    assert median[1:3] == ["Hip,", "2"]
+    assert float(median[3]) == pytest.approx(0.5 * (float(near[2]) + float(far[2])), abs=0.11)
+
+
+def test_sara_finds_the_axis_of_an_exact_hinge():
+    rng = np.random.default_rng(6)
+    axis, place = np.array([0.6, 0.0, 0.8]), np.array([0.1, 0.2, 0.3])
+    turn = from_vector(rng.uniform(-1, 1, (200, 1)) * axis)
+    parent = Pose(np.stack([spheres.rotation(rng) for _ in range(200)]), rng.normal(size=(200, 3)))
+    own = np.array([0.0, 0.1, -0.2])
+    away = np.einsum("fij,fj->fi", parent.rotation, place - turn @ own)
+    origin = parent.origin + away
+    child = Pose(parent.rotation @ turn, origin)
+    point, found = published.sara(parent, child)
+    assert abs(found @ axis) == pytest.approx(1, abs=1e-9)
+    # A point of the axis: beside the true one by nothing across it.
+    assert np.linalg.norm(np.cross(point - place, axis)) < 1e-9
+
+
+def test_harrington_and_hara_by_hand():
+    """A pelvis 24 cm wide and 14 cm deep, x to the front, y to the left; a leg of 0.9 m."""
+    pelvis = {
+        "LFWT": np.array([0.0, 0.12, 0.0]), "RFWT": np.array([0.0, -0.12, 0.0]),
+        "LBWT": np.array([-0.14, 0.05, 0.0]), "RBWT": np.array([-0.14, -0.05, 0.0]),
+    }  # fmt: skip
+    back, down, out = 0.24 * 0.14 + 0.0099, 0.30 * 0.24 + 0.0109, 0.33 * 0.24 + 0.0073
+    assert published.harrington(pelvis, "Left") == pytest.approx([-back, out, -down])
+    assert published.harrington(pelvis, "Right") == pytest.approx([-back, -out, -down])
+    found = published.hara(pelvis, "Left", 0.9)
+    assert found == pytest.approx([0.011 - 0.0567, 0.008 + 0.0774, -0.009 - 0.0702])
+    assert np.isnan(published.harrington({}, "Left")).all()
+    assert np.isnan(published.hara(pelvis, "Left", float("nan"))).all()
 
 
 def test_wrong_calls_are_one_line(tmp_path):

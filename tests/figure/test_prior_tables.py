@@ -3,6 +3,7 @@
 import pytest
 
 from mocap_skel.errors import SkeletonError
+from mocap_skel.figure.own_names import in_own_names
 from mocap_skel.figure.skeleton import read_skeleton
 
 # --- like: what a figure takes from another
@@ -129,6 +130,14 @@ markers = ["d"]
         ('prior = {mean = ["a"], sd = 0.1, source = 7}', "source: a text is needed, not 7"),
         ("prior = {sd = 0.1}", "a prior starts at the mean of landmarks"),
         ("prior = {mean = [], sd = 0.1}", "a prior starts at the mean of landmarks"),
+        (
+            "prior = {sd = 0.1, shift = [{line = ['A', 'B'], by = 1}]}",
+            "a prior starts at the mean of landmarks, or is one step along a hinge",
+        ),
+        (
+            "prior = {mean = ['A'], sd = 0.1, shift = [{hinge = 1, by = 1, toward = ['B'], straight = ['A', 'B']}]}",
+            "straight needs how far it may be off in radians",
+        ),
         ('prior = {mean = "a", sd = 0.1}', "mean: a list of names is needed, not 'a'"),
         ('prior = {mean = ["a"], sd = 0.1, shift = 3}', "shift: a list is needed, not 3"),
         ('prior = {mean = ["a"], sd = 0.1, shift = [3]}', "shift: a list of tables is needed"),
@@ -199,3 +208,23 @@ def test_the_second_of_several_priors_is_found_too(tmp_path):
         read_skeleton(written(tmp_path, text))
     found = read_skeleton(written(tmp_path, text + "sd = 0.2\n"))["B"].priors
     assert [p.mean for p in found] == [("a",), ("b",)]
+
+
+def test_a_figure_in_own_names_has_them_in_every_step_of_its_priors():
+    """Each name that a step of a prior may hold is renamed, wherever it stands."""
+    human = read_skeleton("human")
+    names = {marker for segment in human.segments for marker in segment.markers}
+    renamed = in_own_names(human, {name: f"my {name}" for name in names})
+    for segment in renamed.segments:
+        for prior in segment.priors:
+            held = set(prior.mean)
+            for shift in prior.shifts:
+                held |= {
+                    *shift.line,
+                    *shift.across,
+                    *shift.of,
+                    *shift.toward,
+                    *shift.upper,
+                    *shift.straight,
+                }
+            assert not held & names, segment.name

@@ -203,9 +203,7 @@ def test_medial_markers_of_the_association_are_used(walking):
     assert np.linalg.norm(constant_error(fit, recording, knee)) < 0.02
 
 
-def test_the_shared_point_is_for_joints_that_are_no_balls_and_segments_with_a_pose_of_their_own(
-    walking, walked
-):
+def test_the_shared_point_is_for_segments_with_a_pose_of_their_own(walking, walked):
     def shared(fit):
         return {j.joint for j in fit.joints if j.evidence and j.evidence.shared is not None}
 
@@ -213,21 +211,22 @@ def test_the_shared_point_is_for_joints_that_are_no_balls_and_segments_with_a_po
     expected = {"Waist", "Neck", "LeftElbow", "RightElbow", "LeftAnkle", "RightAnkle"}
     assert shared(walked) == expected
     assert shared(fit_recording(walking, prior="none")) == set()
-    # A third marker gives the thigh a pose of its own, and its hip is a ball all the same.
+    # A third marker gives the thigh a pose of its own, and so its hip a shared point.
     markers = {**marker_set("cmu"), "RMFE": ("UpperRightLeg", (-0.002, 0.051, -0.434))}
     recording = record(human(), markers, walk(4, 60, 4), Faults(sigma=SIGMA), seed=4)
     association = known("cmu")
     rule = Rule("RMFE", "RMFE", "UpperRightLeg", 99)
     fit = fit_recording(recording, replace(association, rules=(*association.rules, rule)))
     assert len(fit.segments["UpperRightLeg"].template) == 3
-    assert shared(fit) == expected
+    assert shared(fit) == {*expected, "RightHip"}
 
 
 @pytest.mark.parametrize(
     ("lost", "name", "source"),
     [
         ((), "LeftElbow", "ANSUR width"),
-        (("LWRB",), "LeftElbow", "its surface marker"),
+        (("LWRB",), "LeftElbow", "ANSUR width"),
+        (("LWRA", "LWRB"), "LeftElbow", "its surface marker"),
         (("LTOE",), "LeftAnkle", "ANSUR width"),
         (("LTOE", "LMT5"), "LeftAnkle", "its surface marker"),
     ],

@@ -125,7 +125,7 @@ class TestTogether:
             > 0.2 * np.abs(whole.skew).max()
         )
 
-    def test_shared_points_add_their_information_and_keep_the_skins_variance(self):
+    def test_shared_points_add_their_information_and_turn_as_both_do(self):
         """I - R̄R̄ᵀ over the residual is what a point is known by: three of four parts are the first's."""
         first = SharedPoint(np.array([0.01, 0.0, 0.0]), 0.6 * EYE, 1e-6)
         second = SharedPoint(np.array([0.03, 0.0, 0.04]), 0.6 * EYE, 3e-6)
@@ -133,7 +133,7 @@ class TestTogether:
         a, b = (replace(evidence_of(points), shared=s) for s in (first, second))
         found = merged(a, b).shared
         assert found.centre == pytest.approx([0.015, 0.0, 0.01])
-        assert found.residual == pytest.approx(2e-6)
+        assert found.turns == pytest.approx(0.6 * EYE)
         assert found.turns / found.residual == pytest.approx(0.6 * EYE / 1e-6 + 0.6 * EYE / 3e-6)
         # One that knows nothing of itself leaves the other as it is.
         for nothing in (None, replace(second, residual=0.0)):

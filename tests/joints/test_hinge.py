@@ -11,33 +11,49 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from limbs import KNEE, limb
+from scipy.special import erf
 
 from mocap_skel.artificial.rotations import from_vector
-from mocap_skel.joints.hinge import inward
+from mocap_skel.joints.hinge import (
+    BONE_ERROR,
+    CARRYING_ERROR,
+    Turning,
+    axis_inward,
+    half_log_odds,
+    inward,
+    turning,
+)
+from mocap_skel.segments.pose import Pose
 from mocap_skel.spherefit import sphere_moments
 
 EXACT = 1e-9
-# Sine of the bend from which the plane of the bones tells the axis.
-LEAST_BEND = 0.15
 vectors = st.tuples(*[st.floats(-3, 3)] * 3).map(np.array)
 
 
 def law(above, below, shift, inwards):
-    """What `inward` is to give: the part of the way in the bones' plane, and the rest less where they are straight."""
+    """What `inward` is to give: the part of the way in the bones' plane, and the rest as far as the side is sure."""
     normal = np.cross(above, below)
-    sine = np.linalg.norm(normal) / (np.linalg.norm(above) * np.linalg.norm(below))
+    # The bones' plane is off where their ends are: by so many of these standard deviations it is bent.
+    sure = erf(abs(inwards @ normal) / error_of(above, below) / np.sqrt(2))
     axis = shift.hinge * normal / np.linalg.norm(normal)
     left = inwards @ axis
-    found = inwards - left * axis + left * axis * sine**2 / (sine**2 + LEAST_BEND**2)
+    found = inwards - left * axis + left * axis * sure
     return found / np.linalg.norm(found)
+
+
+def error_of(above, below):
+    """Metres²: of the product of both bones."""
+    upper, lower = np.linalg.norm(above), np.linalg.norm(below)
+    return np.hypot(BONE_ERROR * lower, CARRYING_ERROR * upper)
 
 
 @pytest.mark.parametrize("degrees", [1, 5, 20, 45, 90, 120, 150])
 def test_the_way_inward_of_a_perfect_hinge_is_exact(degrees):
     above, below, inwards = limb(np.deg2rad(degrees))
     found = inward(above, below, KNEE, 1.0)
-    assert np.abs(found - law(above, below, KNEE, inwards)).max() < EXACT
-    # What the doubt of a nearly straight limb costs stays within the prior's own sd, 15 mm.
+    # The error function is exact to three digits.
+    assert np.abs(found - law(above, below, KNEE, inwards)).max() < 0.002
+    # What the doubt of a nearly straight limb costs is in the covariance; here it stays within 15 mm.
     assert np.linalg.norm(found - inwards) * KNEE.by < (0.001 if degrees >= 45 else 0.015)
 
 
@@ -131,6 +147,79 @@ def test_conditions_that_contradict_each_other_count_by_their_errors():
     # Least squares of -0.4 z = -depth, and of 0.2 z = 0, for the shank swings by so much up and down.
     z = upper * depth / 0.02**2 / (upper**2 / 0.02**2 + swing**2 / 0.04**2)
     x = (depth - beside) / lower
-    # The rest of the length, less what a doubt of the bend takes; the normal is -z × x = -y.
-    y = -np.sqrt(1 - x**2 - z**2) / (1 + LEAST_BEND**2)
-    assert found == pytest.approx(np.array([x, y, z]) / np.linalg.norm([x, y, z]), abs=EXACT)
+    # The rest of the length; of a bend of 90 degrees nobody doubts. The normal is -z × x = -y.
+    y = -np.sqrt(1 - x**2 - z**2)
+    assert found == pytest.approx([x, y, z], abs=1e-6)
+
+
+def test_the_chance_of_a_side_is_that_of_a_normal_error():
+    x = np.linspace(0, 5, 51)
+    assert np.tanh(half_log_odds(x)) == pytest.approx(erf(x / np.sqrt(2)), abs=0.0015)
+
+
+# --- the axis that the turn shows
+
+
+def bending(degrees, axis=(0.0, 1.0, 0.0), frames=200):
+    """A shank that bends about an axis, there and back twice: both poses, and its far end in the thigh."""
+    bend = np.deg2rad(degrees) * 0.5 * (1 - np.cos(np.linspace(0, 4 * np.pi, frames)))
+    turn = from_vector(bend[:, None] * np.asarray(axis))
+    thigh = Pose(np.tile(np.eye(3), (frames, 1, 1)), np.zeros((frames, 3)))
+    knee = np.array([0.0, 0.0, -0.4])
+    return thigh, Pose(turn, np.tile(knee, (frames, 1))), knee + turn @ [0.0, 0.0, -0.4]
+
+
+def test_a_hinge_turns_about_its_axis_and_its_bend_tells_the_side():
+    """The thigh's markers lie above the knee: bending brings the shank's end nearer to them."""
+    for side in (1.0, -1.0):
+        thigh, shank, far = bending(60, (0.0, side, 0.0))
+        found = turning(thigh, shank, far, np.array([0.0, 0.0, -0.2]))
+        assert found.shown
+        values, axes = np.linalg.eigh(found.spread)
+        assert abs(axes[1, 0]) == pytest.approx(1, abs=EXACT)
+        assert values[0] == pytest.approx(0, abs=EXACT)
+        # I - R̄R̄ᵀ of turns about one axis is 1 - |mean of e^{iθ}|² across it.
+        bend = np.deg2rad(60) * 0.5 * (1 - np.cos(np.linspace(0, 4 * np.pi, 200)))
+        assert values[1] == pytest.approx(1 - abs(np.exp(1j * bend).mean()) ** 2, abs=EXACT)
+        assert found.clue @ [0.0, side, 0.0] > 2
+
+
+def test_a_joint_that_does_not_turn_shows_no_axis():
+    thigh, shank, far = bending(0)
+    assert not turning(thigh, shank, far, np.zeros(3)).shown
+    few = np.where(np.arange(200)[:, None] < 3, far, np.nan)
+    assert turning(thigh, shank, few, np.zeros(3)) is None
+
+
+def test_the_turn_tells_the_way_of_a_limb_without_an_upper_joint():
+    _, below, inwards = limb(np.deg2rad(np.linspace(0, 90, 50)))
+    moments = sphere_moments(below)
+    # A right knee bends to the right-handed side of -inward.
+    spread = np.diag([0.2, 0.0, 0.2])
+    found, error = axis_inward(
+        None, moments.mean, KNEE, 1.0, moments.covariance, turn=Turning(spread, 0.999 * inwards)
+    )
+    assert np.linalg.norm(found - inwards) * KNEE.by < 0.001
+    # The side is sure, and along the way its length of one is.
+    assert inwards @ error @ inwards < 1e-4
+    assert np.linalg.eigvalsh(error)[1] > 1e-4
+
+
+def test_a_side_that_nothing_tells_is_a_full_error_along_the_axis():
+    """No bend, no upper joint: either side, so nothing is gone inward, and the error is the depth's."""
+    spread = np.diag([0.2, 0.0, 0.2])
+    _, error = axis_inward(
+        None,
+        np.array([0.0, 0.0, -0.4]),
+        replace(KNEE, beside=KNEE.by),
+        1.0,
+        turn=Turning(spread, np.zeros(3)),
+    )
+    assert error[1, 1] == pytest.approx(1, abs=EXACT)
+
+
+def test_a_limb_that_hangs_straight_is_told_by_the_way_of_the_pelvis():
+    above, below, inwards = limb(0.0, replace(KNEE, beside=KNEE.by))
+    knee = replace(KNEE, beside=KNEE.by, straight=("RFWT", "LFWT"), turned=0.35)
+    found, _ = axis_inward(above, below, knee, 1.0, straight=inwards)
+    assert np.linalg.norm(found - inwards) * KNEE.by < 0.001

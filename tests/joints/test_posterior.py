@@ -137,6 +137,16 @@ def test_turning_and_moving_the_frame_turns_and_moves_the_answer(c, sd, turn, me
 # --- the shared point
 
 
+# Turns of `shared` that cover less than a place each way, 0.4² / 12, and the places of others: the product of the
+# two larger widths √12 √(½ trace - turn) over 0.4.
+SMALL = (0.01, 0.01, 0.01)
+
+
+def places(turns):
+    width = np.sqrt(12 * (0.5 * sum(turns) - np.sort(turns)[:2])) / 0.4
+    return np.prod(np.maximum(width, 1.0))
+
+
 def shared(centre=(0.0, 0.0, 0.0), turns=(0.2, 0.2, 0.2), residual=1e-4):
     return SharedPoint(np.array(centre), np.diag(turns), residual)
 
@@ -156,18 +166,19 @@ def test_what_did_not_turn_is_the_spheres_with_half_its_information():
 
 
 def test_two_that_know_alike_meet_halfway_and_know_no_more():
-    known = shared(turns=(0.5, 0.5, 0.5), residual=1e-4)
-    variance = 1e-4 / 0.5
+    assert places(SMALL) == 1
+    known = shared(turns=SMALL, residual=1e-6)
+    variance = 1e-6 / 0.01
     centre, cov = averaged(np.array([0.02, 0, 0]), variance * np.eye(3), known, 0.0)
     assert centre == pytest.approx([0.01, 0, 0])
     assert cov == pytest.approx(variance * np.eye(3))
 
 
 def test_a_point_that_slides_is_known_by_its_slide():
-    """1 / (residual / turns + slide) along each direction, half of that and of the sphere's."""
+    """1 / (residual / places / turns + slide) along each direction, half of that and of the sphere's."""
     known = shared(turns=(0.5, 0.25, 1.0), residual=1e-4)
     centre, cov = averaged(np.array([0.02, 0.02, 0.02]), 1e-3 * np.eye(3), known, 2e-4)
-    its = 1 / (1e-4 / np.array([0.5, 0.25, 1.0]) + 2e-4)
+    its = 1 / (1e-4 / places((0.5, 0.25, 1.0)) / np.array([0.5, 0.25, 1.0]) + 2e-4)
     assert centre == pytest.approx(0.02 * 1000 / (1000 + its))
     assert cov == pytest.approx(np.diag(2 / (1000 + its)))
 

@@ -24,7 +24,7 @@ from mocap_skel.artificial import (
 )
 from mocap_skel.figure.prior_tables import Prior, Shift
 from mocap_skel.figure.skeleton import SHIPPED, read_skeleton
-from mocap_skel.joints.hinge import hinge_shift
+from mocap_skel.joints.hinge import Turning, hinge_shift
 from mocap_skel.joints.priors import SIZES, Surroundings, expected_joint, subject_size
 from mocap_skel.spherefit import sphere_moments
 
@@ -115,6 +115,16 @@ def test_a_shift_square_to_two_lines_is_right_handed():
     assert np.abs(found - [0, 0, 0.1]).max() < EXACT
     other = mean_of(prior("A", across=("A", "C", "A", "B"), ratio=0.5))
     assert np.abs(other - [0, 0, -0.05]).max() < EXACT
+
+
+def test_an_error_of_a_step_lies_along_it():
+    """4 mm of the step along the line A B beside 3 mm everywhere: 5 mm along it."""
+    places = {"A": np.zeros(3), "B": np.array([0.0, 0.2, 0.0])}
+    step = Shift(line=("A", "B"), ratio=0.5, sd=0.004)
+    found = expected_joint(
+        [Prior(("A",), 0.003, "s", (step,))], {}, Surroundings(places, None, lambda _: None, 2.0)
+    )
+    assert found.covariance == pytest.approx(4 * np.diag([9e-6, 25e-6, 9e-6]))
 
 
 def test_shifts_start_from_the_mean_and_add_up():
@@ -368,3 +378,53 @@ def test_hips_lie_below_the_pelvis_markers_and_knees_inward():
         assert sign * (marker - at(f"{side}Elbow"))[1] > 0.03
         assert at(f"{side}Shoulder")[2] < markers[f"{side[0]}SHO"][1][2] - 0.03
     assert at("Waist")[2] > at("LeftHip")[2] + 0.05
+
+
+# --- joints without a landmark
+
+
+def test_a_joint_on_the_line_from_the_markers_below_to_the_joint_above():
+    """A wrist 8 cm before the hand's marker, which is 33 cm from the elbow."""
+    hand = np.array([0.0, 0.33, 0.0])
+    lower = sphere_moments(np.tile(hand, (50, 1)))
+    around = Surroundings({"A": np.zeros(3)}, np.zeros(3), lambda _: lower, 1.0)
+    prior = Prior((), 0.02, "s", (Shift(toward=("FIN",), by=0.08),))
+    found = expected_joint([prior], {}, around)
+    assert found.mean == pytest.approx([0, 0.25, 0])
+    assert found.covariance == pytest.approx(0.02**2 * np.eye(3))
+    assert found.landmarks == ("FIN",)
+    # Without the joint above, or so near to it, there is no such place.
+    for other in (None, np.array([0.0, 0.3, 0.0])):
+        assert expected_joint([prior], {}, replace(around, upper=other)) is None
+
+
+def patch(facing, depth, where, seed=0):
+    """Twelve markers on a flat patch of a limb along z that faces a way, so deep outside its bone."""
+    rng = np.random.default_rng(seed)
+    facing = np.asarray(facing, dtype=float)
+    across = np.cross(facing, [0.0, 0.0, 1.0])
+    u, v = rng.uniform(-1, 1, (2, 12, 1))
+    return depth * facing + [0.0, 0.0, where] + 0.03 * u * across + 0.08 * v * np.array([0, 0, 1.0])
+
+
+@pytest.mark.parametrize("degrees", [0, 45, 90])
+def test_a_knee_without_a_landmark_lies_as_far_inward_as_its_patches_face_outward(degrees):
+    """A right knee, whose axis inward is y: patches on the outer side are 6.5 cm beside it, those in front 0."""
+    angle = np.deg2rad(degrees)
+    facing = [np.sin(angle), -np.cos(angle), 0.0]
+    thigh, shank = patch(facing, 0.065, 0.2), patch(facing, 0.065, -0.2, seed=1)
+    bent = Turning(np.diag([0.3, 0.0, 0.3]), np.array([0.0, 0.999, 0.0]))
+    lower = sphere_moments(np.tile(shank.mean(axis=0), (50, 1)))
+    around = Surroundings(
+        {f"T{i}": p for i, p in enumerate(thigh)}, None, lambda _: lower, 1.0,
+        turn=lambda _: bent, cluster=(shank, shank),
+    )  # fmt: skip
+    prior = Prior((), 0.02, "s", (Shift(hinge=1, by=0.065),))
+    found = expected_joint([prior], {}, around)
+    # Twelve markers show which way a patch faces to some degrees.
+    assert found.mean[1] == pytest.approx(0, abs=0.004)
+    assert found.covariance[1, 1] == pytest.approx(0.02**2, rel=0.01)
+    assert found.covariance[0, 0] > 0.1
+    still = replace(bent, spread=np.zeros((3, 3)))
+    assert expected_joint([prior], {}, replace(around, turn=lambda _: still)) is None
+    assert expected_joint([prior], {}, replace(around, cluster=None)) is None
