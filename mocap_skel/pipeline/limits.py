@@ -94,8 +94,8 @@ def limit(memory: int) -> tuple[int, int] | None:
     # Address space is what can be limited, and BLAS reserves much more than it uses.
     before = resource.getrlimit(resource.RLIMIT_AS)
     wanted = reserved + max(0, memory - used)
-    if before[1] != resource.RLIM_INFINITY:
-        wanted = min(wanted, before[1])
+    # What the user allows, by `ulimit` say, is never made more.
+    wanted = min([wanted, *(bound for bound in before if bound != resource.RLIM_INFINITY)])
     resource.setrlimit(resource.RLIMIT_AS, (wanted, before[1]))
     return before
 

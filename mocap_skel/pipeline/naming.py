@@ -14,8 +14,6 @@ from mocap_skel.labels.shipped import Match, best_match, match
 from mocap_skel.labels.subjects import with_subjects
 from mocap_skel.text import counted, listed
 
-# What a guess says in place of a file's path.
-GUESSED = "the guess"
 # Share of an association file's lines; with fewer in the clip, another file that knows twice as much is meant.
 FEW_LINES = 0.3
 # Share of its lines that make a file the clip's own, and a shipped one taken unasked; all where names say nothing.
@@ -70,6 +68,8 @@ def name_markers(
     >>> named.association.skeleton.name, len(named.association.rules)
     ('human', 41)
     """
+    from mocap_skel.labels.guess import GUESSED
+
     clip = with_subjects(clip, association)
     check_subject(clip, subject)
     if association is not None:
@@ -87,6 +87,10 @@ def name_markers(
     if len(associations) > 1:
         one = subject or (clip.subject_names[0] if len(clip.subject_names) == 1 else None)
         if one is None:
+            first, *rest = (part.skeleton.name for part in associations)
+            note += (
+                f"; of several subjects only {first} is taken: --subject takes {listed(rest)} too"
+            )
             associations = associations[:1]
         else:
             clip = _parted(clip, one, associations)

@@ -192,3 +192,19 @@ def test_a_face_and_a_single_frame_say_what_is_missing():
     with pytest.raises(CallError, match="it has a single frame"):
         name_markers(replace(face, points=face.points[:1]), None)
     assert what_is_missing(CLIP) == "" == what_is_missing(unseen(CLIP, ["LFHD"]))
+
+
+def test_parts_that_several_subjects_leave_out_are_named():
+    legs = more(only(CLIP, *LEGS), leg("LEFT") | leg("RIGHT"))
+    count = len(legs.labels)
+    two = replace(
+        legs,
+        points=np.concatenate([legs.points, legs.points + 3.0], axis=1),
+        labels=legs.labels * 2,
+        subjects=("Ann",) * count + ("Ben",) * count,
+    )
+    both = name_markers(two, None)
+    parts = {one.skeleton.name for one in name_markers(two, None, subject="Ann").associations}
+    (taken,) = [one.skeleton.name for one in both.associations]
+    (other,) = parts - {taken}
+    assert both.notes[-1].endswith(f"only {taken} is taken: --subject takes {other} too")

@@ -62,3 +62,15 @@ def test_the_limit_grows_with_the_file_and_ends_with_the_work(clip):
 )
 def test_want_of_memory_has_many_names(error, is_want):
     assert limits.starved(error) == is_want
+
+
+def test_a_limit_that_the_user_has_set_is_never_raised(clip):
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    reserved, _ = limits.used_memory()
+    own = reserved + limits.GIGABYTE // 2
+    resource.setrlimit(resource.RLIMIT_AS, (own, before[1]))
+    try:
+        with limits.limited(clip):
+            assert resource.getrlimit(resource.RLIMIT_AS)[0] == own
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)

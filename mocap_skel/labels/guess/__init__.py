@@ -29,6 +29,8 @@ from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
 from mocap_skel.labels.guess.running import nameless
 from mocap_skel.text import counted, listed
 
+GUESSED = "the guess"
+"""What the association of a guess says in place of a file's path."""
 # Markers of so many segments that move with no part of the body are a second body's.
 SECOND_BODY = 3
 # Share of the labels that may contradict the movement while the others are still worth a fit.
@@ -117,8 +119,9 @@ class Guess:
             own = {segment.name for segment in figure.segments}
             used = [line for line in self.used if line.segment in own]
             rules = (Rule(x.label, x.marker, x.segment, i) for i, x in enumerate(used, 1))
-            rest = tuple(_escaped(line.label) for line in self.lines if line not in used)
-            found.append(Association("the guess", figure, tuple(rules), rest))
+            taken = {line.label for line in used}
+            rest = tuple(_escaped(x.label) for x in self.lines if x.label not in taken)
+            found.append(Association(GUESSED, figure, tuple(rules), rest))
         return tuple(found)
 
 
