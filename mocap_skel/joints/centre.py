@@ -21,13 +21,16 @@ from mocap_skel.joints.skin import skin_error
 from mocap_skel.joints.sphere import Sphere, fit_markers
 from mocap_skel.joints.verdicts import (
     LEAST_SPREAD,
-    SAFE_RESIDUAL,
     Verdict,
     by_movement,
     by_numbers,
     worst,
 )
 from mocap_skel.segments.pose import Array
+
+# Metres: skin carries a marker by 1 to 3 cm from one extreme of a movement to the other (Leardini et al. 2005, Gait &
+# Posture 21), so that a root mean square of 2 cm is more than skin.
+MOST_SKIN = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +149,7 @@ def _result(
     if expected is not None:
         radius, residual = sphere.radius_about(found.centre), sphere.residual_about(found.centre)
         # Skin moves by less. What is beyond it says that markers are elsewhere, those that anatomy starts from too.
-        beyond = max(residual**2 - SAFE_RESIDUAL**2, 0.0)
+        beyond = max(residual**2 - MOST_SKIN**2, 0.0)
         covariance = covariance + beyond * np.eye(3)
     return CentreFit(
         centre=found.centre,
