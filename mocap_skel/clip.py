@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ class Clip:
         left_out: labels of the points that are no markers, by the reason why.
         notes: what the reader decided about the file, one sentence each.
         mirror: the axis that was negated when the file was read, since the file's body is mirrored; "" for none.
+        measures: of the one person in it, as the file has them: full name (`measures.MEASURES`) → metres.
 
     Example:
         >>> from mocap_skel import Clip, read_clip
@@ -48,6 +50,7 @@ class Clip:
     left_out: dict[str, tuple[str, ...]]
     notes: tuple[str, ...]
     mirror: str = ""
+    measures: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def frames(self) -> int:

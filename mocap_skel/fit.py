@@ -12,6 +12,7 @@ import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
+from mocap_skel.figure.measured import Measured, size_by, with_measures
 from mocap_skel.figure.own_names import in_own_names
 from mocap_skel.figure.skeleton import Segment, Skeleton
 from mocap_skel.joints.calibration import Calibration, credited, digest_of
@@ -48,6 +49,7 @@ def fit_skeleton(
     prior: str = "skeleton",
     calibration: Calibration | None = None,
     trust: bool = False,
+    measures: Mapping[str, float] | None = None,
 ) -> SkeletonFit:
     """Fit a skeleton to one subject of a clip.
 
@@ -70,6 +72,7 @@ def fit_skeleton(
             by its information. "none": the motion alone, the thesis's pure fit.
         calibration: what other clips of the actor know of the joints; the clip itself, if it is among
             them, counts once.
+        measures: of the person, full name (`measures.MEASURES`) → metres; they count before those of the clip's file.
 
     Raises:
         ValueError: no such pose, method, noise or prior, or two that do not go together.
@@ -94,7 +97,13 @@ def fit_skeleton(
     )
     prepared = prepare(clip, columns, sigma=sigma, noise=noise, search=search)
     anatomy = prior != "none"
-    size = subject_size(skeleton, prepared.distance) if anatomy else 1.0
+    size, measured = 1.0, Measured(skeleton, ())
+    if anatomy:
+        person = {**clip.measures, **(measures or {})}
+        size = subject_size(skeleton, prepared.distance, size_by(person))
+        if person:
+            measured = with_measures(skeleton, person, size, prepared.distance)
+            skeleton = measured.skeleton
     if calibration is not None:
         calibration = calibration.without(digest_of(clip, assignment.subject))
     task = Task(
@@ -121,6 +130,7 @@ def fit_skeleton(
         joints=tuple(doubted(j, misplaced.doubt(j.parent, j.child)) for j in walked.joints),
         notes=(
             *said,
+            *measured.notes,
             *fit_notes(walked.joints, walked.calibrated, prepared, task),
             *walked.notes,
             *notes(trouble, prepared.samples),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -39,6 +40,7 @@ class Job:
         salvage: read what there is of a clip whose file is cut off.
         mirror: the axis to negate when a clip is read, None for none.
         trust: fit the markers as they are named, though some look exchanged.
+        measures: of the person, full name (`measures.MEASURES`) → metres.
         command: the call, as the page shows it.
     """
 
@@ -59,6 +61,7 @@ class Job:
     salvage: bool = False
     mirror: str | None = None
     trust: bool = False
+    measures: Mapping[str, float] = field(default_factory=dict)
     command: str = ""
 
     @property
@@ -78,7 +81,7 @@ class Job:
         return fit_skeleton(
             clip, assignment, self.known.skeleton, sigma=sigma, pose=self.pose,
             method=self.method, noise=self.noise, search=search, prior=self.prior,
-            calibration=self.calibration, trust=self.trust,
+            calibration=self.calibration, trust=self.trust, measures=self.measures,
         )  # fmt: skip
 
 

@@ -55,6 +55,10 @@ def clean(
     if not np.isfinite(points).any():
         raise ClipError("every marker is missing in every frame")
     metres = scale(points, unit, raw, notes)
+    measures = raw.measures
+    if measures and len(set(subjects)) > 1:
+        notes.append("the file has the measures of one person, and several in it: not used")
+        measures = {}
     points *= metres
     return Clip(
         name=name,
@@ -67,6 +71,7 @@ def clean(
         up=_up(raw, notes),
         left_out=left_out,
         notes=tuple(notes),
+        measures=measures,
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ class RawClip:
         first_frame: the file's own number of the first frame.
         computed: labels of points that a model computed, by the file's own lists; with or without subject.
         earlier: labels of points that an earlier fit of this program added.
+        measures: of the one person in it, by their full names (`mocap_skel.measures.MEASURES`), metres.
         notes: what was decided while reading, one sentence each.
     """
 
@@ -38,4 +40,5 @@ class RawClip:
     first_frame: int = 1
     computed: frozenset[str] = frozenset()
     earlier: frozenset[str] = frozenset()
+    measures: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

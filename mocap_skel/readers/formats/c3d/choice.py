@@ -37,7 +37,10 @@ def read_contents(path: Path, salvage: bool) -> Contents:
     reasons = (*_cut_off(found, salvage), *mips, *found.doubts, *found.contradictions)
     raw = _without_ezc3d(path, "; ".join(reasons)) if reasons else _with_ezc3d(path, found)
     raw = checked(raw, found, salvage)
-    raw = replace(raw, notes=(*raw.notes, *found.remarks()))
+    person = {"PROCESSING": found.section.groups.get("PROCESSING", {})}
+    raw = replace(
+        raw, notes=(*raw.notes, *found.remarks()), parameters={**raw.parameters, **person}
+    )
     if found.layout.tail < found.layout.stride + BLOCK:
         return raw
     note = f"the file goes on after the {found.layout.declared} frames that it says it has"
