@@ -86,7 +86,7 @@ def _of_markers(seen: _Directions, part: Array) -> Array:
     """(3, 3), m²: the error by how far the markers contradict each other, each one draw of skin."""
     sphere = seen.sphere
     count = len(sphere.weights)
-    if count < 2:
+    if count < 2 or not sphere.solved.shape[1]:
         return part
     moments, noise = sphere.evidence.moments, sphere.noise
     weight = sphere.weights * sphere.evidence.freedom
