@@ -19,7 +19,7 @@ from mocap_skel.joints.calibration import Calibration, credited, digest_of
 from mocap_skel.joints.centre import PriorKnowledge, fit_centre
 from mocap_skel.joints.choices import BEST, POSES, PRIORS, Estimation, check_method
 from mocap_skel.joints.joint_fit import CentreFit, JointFit, doubted, from_anatomy, unfitted
-from mocap_skel.joints.knowledge import JointKnowledge, expected_in, joint_knowledge
+from mocap_skel.joints.knowledge import JointKnowledge, expected_in, joint_knowledge, turn_axis
 from mocap_skel.joints.notes import fit_notes
 from mocap_skel.joints.priors import subject_size
 from mocap_skel.joints.samples import LEAST_SAMPLES, JointSamples
@@ -227,11 +227,11 @@ def _joint(segment: Segment, parent: Placed | None, prepared: Prepared, task: Ta
         if expected is None:
             return _Joined(_unfitted(segment, prepared, found), prepared, notes=said)
         centre = from_anatomy(expected, found)
-        return _Joined(_named(segment, parent, centre, prepared), prepared, notes=said)
+        return _Joined(_named(segment, parent, centre, prepared, task.size), prepared, notes=said)
     words = ""
     if known.pooled is not None:
         found, words = credited(found, known.pooled, len(prepared.markers(segment.name)))
-    return _Joined(_named(segment, parent, found, prepared), prepared, words, said)
+    return _Joined(_named(segment, parent, found, prepared, task.size), prepared, words, said)
 
 
 def _by_movement(
@@ -287,7 +287,9 @@ def _centre(
     return few if found is None else found
 
 
-def _named(segment: Segment, parent: Placed, found: CentreFit, prepared: Prepared) -> JointFit:
+def _named(
+    segment: Segment, parent: Placed, found: CentreFit, prepared: Prepared, size: float
+) -> JointFit:
     """A centre as a joint: with its names, its track in the lab, and the markers that were used."""
     assert segment.parent is not None and segment.joint is not None
     used = np.isfinite(found.radius)
@@ -299,6 +301,7 @@ def _named(segment: Segment, parent: Placed, found: CentreFit, prepared: Prepare
         child=segment.name,
         markers=tuple(names[i] for i in np.flatnonzero(used)),
         track=parent.pose.to_lab(found.centre),
+        turns_on=turn_axis(segment, parent, found.centre, prepared, size),
         **{f.name: getattr(found, f.name) for f in fields(CentreFit)},
     )
 

@@ -40,12 +40,14 @@ class Placed:
         markers: names of the first points of `posed.template`.
         posed: the pose, and the points that it is of.
         frame: what the fit of a joint in this segment's frame has to know of it.
+        joint_error: standard error of its joint, metres, where the pose rests on it; else 0.
     """
 
     segment: Segment
     markers: tuple[str, ...]
     posed: Posed
     frame: Frame
+    joint_error: float = 0.0
 
     @property
     def pose(self) -> Pose:
@@ -107,7 +109,7 @@ def placed_child(
         if joint.shown == "no":
             doubt = f"the frame of {segment.name} rests on {joint.joint}, which the movement does not show"
             frame = replace(frame, limit="weak", doubt=doubt)
-        return Placed(segment, markers, found, frame), ""
+        return Placed(segment, markers, found, frame, joint.worst_error), ""
     return _placed_by_one(segment, joint, link, parent, prepared, task)
 
 
