@@ -156,4 +156,5 @@ def _pooled(
         Template(parent.template, parent.posed.joint, parent.rigid),
         template_of(markers, prepared.of(segment.name), shape),
         markers,
+        segment.looseness,
     )

@@ -1,0 +1,52 @@
+"""What the samples of several clips count beside each other: by what each clip's skin leaves it to know."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mocap_skel.joints.choices import Estimation
+from mocap_skel.joints.evidence import Evidence
+from mocap_skel.joints.samples import Frame, Gathered, JointSamples
+from mocap_skel.joints.skin import skin_error
+from mocap_skel.joints.sphere import fit_markers
+from mocap_skel.spherefit import DegenerateSphereError
+
+
+def by_skin(clips: Sequence[Evidence], looseness: float) -> list[float]:
+    """How much a sample of each clip counts, 1 for the clip whose samples tell most.
+
+    What skin does in a clip does not average out over its frames, so that a longer clip knows no more. With the
+    covariance P that skin and noise leave each clip's own centre, and the markers' spread A = Σ N C, the clip
+    counts as if its samples had the variance tr(A P) / 3: A over that is the information that it has.
+
+    Args:
+        clips: their evidence, each with its effective samples, in one frame.
+        looseness: how far the joint is from a ball, as `Segment.looseness`.
+    """
+    if len(clips) < 2:
+        return [1.0] * len(clips)
+    variances = [_variance(one, looseness) for one in clips]
+    known = [v for v in variances if v is not None]
+    least = min(known, default=1.0)
+    # A clip that tells nothing of its own centre still adds its arc to the others'.
+    return [1.0 if v is None else least / v for v in variances]
+
+
+def _variance(evidence: Evidence, looseness: float) -> float | None:
+    """Variance of a sample, m⁴, with which the clip would know what it does; None where it has no centre."""
+    seen = evidence[evidence.count > 0]
+    if not len(seen.count) or not seen.count.max() >= 4:
+        return None
+    nothing = JointSamples(
+        np.full((1, len(seen.count), 3), np.nan), seen.sigma, seen.sigma, Frame(None)
+    )
+    own = nothing.evidence()
+    try:
+        sphere = fit_markers(Gathered(nothing, own, seen), Estimation())
+    except DegenerateSphereError:
+        return None
+    covariance = sphere.covariance(shown=False) + skin_error(sphere, looseness).covariance
+    spread = np.einsum("p,pij->ij", seen.freedom, seen.moments.covariance)
+    return float(np.trace(spread @ covariance)) / 3.0
