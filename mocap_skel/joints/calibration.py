@@ -107,14 +107,16 @@ class Pooled:
     """What other clips know of a joint, in a clip's own coordinates.
 
     Attributes:
-        evidence: of `markers`.
+        evidence: of `markers`, each clip's samples counted by what its skin leaves it to know.
         markers: the child's that the clip has, then others: of other clips only, or re-attached.
         clips: whose it is.
+        samples: how many there are, each counted once.
     """
 
     evidence: Evidence
     markers: tuple[str, ...]
     clips: tuple[str, ...]
+    samples: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +222,8 @@ def pooled_evidence(
         one = placed(evidence.counted(share), [every.index(n) for n in names], len(every))
         total = one if total is None else merged(total, one)
     assert total is not None
-    return Pooled(total, tuple(every), tuple(c.clip for c, *_ in found)), tuple(notes)
+    samples = int(sum(evidence.count.sum() for _, _, evidence, _ in found))
+    return Pooled(total, tuple(every), tuple(c.clip for c, *_ in found), samples), tuple(notes)
 
 
 def aligned(theirs: Template, ours: Template) -> tuple[tuple[Array, Array] | None, str]:
@@ -292,7 +295,8 @@ def credited(found: CentreFit, pooled: Pooled, own: int) -> tuple[CentreFit, str
     count = len(pooled.clips)
     words = f"calibration ({count} clip{'s' if count > 1 else ''}) {100 * share:.0f} %"
     reason = "; ".join(filter(None, [found.reason, words]))
-    return replace(found, reason=reason, radius=found.radius[:own]), words
+    samples = pooled.samples + (0 if found.evidence is None else int(found.evidence.count.sum()))
+    return replace(found, reason=reason, radius=found.radius[:own], samples=samples), words
 
 
 def calibration_note(used: Mapping[str, str]) -> str:

@@ -20,7 +20,7 @@ from mocap_skel.joints.priors import Expected
 from mocap_skel.joints.samples import Gathered, JointSamples, gather
 from mocap_skel.joints.skin import skin_error
 from mocap_skel.joints.sphere import Sphere, fit_markers
-from mocap_skel.joints.verdicts import LEAST_SPREAD, Verdict, by_movement, by_numbers, worst
+from mocap_skel.joints.verdicts import LEAST_SPREAD, Verdict, by_error, by_movement, by_numbers, worst
 from mocap_skel.segments.pose import Array
 
 
@@ -100,14 +100,16 @@ def _fit(samples: JointSamples, choice: Estimation, known: PriorKnowledge) -> Ce
         sphere.rank, sphere.weakest_sd, sphere.residual, sphere.evidence.spread_over_noise
     )
     motion = Estimate(sphere.fit.centre, sphere.covariance(movement.shown == "yes"))
+    found = _posterior(sphere, motion, known)
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     verdict = worst(
         Verdict("no", sphere.failure) if sphere.failure else Verdict("yes"),
         movement,
         by_numbers(sphere.residual, worst_error(motion.covariance)),
         Verdict(samples.frame.limit, samples.frame.doubt),
+        by_error(worst_error(found.covariance)),
     )
-    return _result(sphere, _posterior(sphere, motion, known), verdict, known.expected)
+    return _result(sphere, found, verdict, known.expected)
 
 
 def _together(samples: JointSamples, known: PriorKnowledge) -> Gathered:

@@ -11,7 +11,12 @@ from mocap_skel.joints.evidence import Evidence
 from mocap_skel.joints.samples import Frame, Gathered, JointSamples
 from mocap_skel.joints.skin import skin_error
 from mocap_skel.joints.sphere import fit_markers
+from mocap_skel.joints.verdicts import LEAST_SPREAD
 from mocap_skel.spherefit import DegenerateSphereError
+
+# A variance from the three or four markers of a segment is known to a factor of two (chi-squared of as many
+# degrees of freedom): within it clips are alike, and their samples count alike.
+ALIKE = 0.5
 
 
 def by_skin(clips: Sequence[Evidence], looseness: float) -> list[float]:
@@ -30,8 +35,8 @@ def by_skin(clips: Sequence[Evidence], looseness: float) -> list[float]:
     variances = [_variance(one, looseness) for one in clips]
     known = [v for v in variances if v is not None]
     least = min(known, default=1.0)
-    # A clip that tells nothing of its own centre still adds its arc to the others'.
-    return [1.0 if v is None else least / v for v in variances]
+    # A clip that shows nothing by itself has nothing that could be too sure.
+    return [1.0 if v is None or least > ALIKE * v else least / v for v in variances]
 
 
 def _variance(evidence: Evidence, looseness: float) -> float | None:
@@ -48,5 +53,10 @@ def _variance(evidence: Evidence, looseness: float) -> float | None:
     except DegenerateSphereError:
         return None
     covariance = sphere.covariance(shown=False) + skin_error(sphere, looseness).covariance
-    spread = np.einsum("p,pij->ij", seen.freedom, seen.moments.covariance)
-    return float(np.trace(spread @ covariance)) / 3.0
+    solved = sphere.solved
+    spread = solved.T @ np.einsum("p,pij->ij", seen.freedom, seen.moments.covariance) @ solved
+    least = float(np.linalg.eigvalsh(spread)[0] / seen.freedom.sum()) if sphere.rank else 0.0
+    if least < LEAST_SPREAD**2:
+        # Skin alone moves the markers so far: nothing is known of the joint that could be weighed.
+        return None
+    return float(np.trace(spread @ solved.T @ covariance @ solved)) / sphere.rank
