@@ -22,9 +22,9 @@ ALIKE = 0.5
 def by_skin(clips: Sequence[Evidence], looseness: float) -> list[float]:
     """How much a sample of each clip counts, 1 for the clip whose samples tell most.
 
-    What skin does in a clip does not average out over its frames, so that a longer clip knows no more. With the
-    covariance P that skin and noise leave each clip's own centre, and the markers' spread A = Σ N C, the clip
-    counts as if its samples had the variance tr(A P) / 3: A over that is the information that it has.
+    What skin does in a clip does not average out over its frames, so that a longer clip knows no more. The samples
+    of a clip count by what skin and noise leave its own centre to know, one over the variance of that: a wide
+    movement is never outvoted by a small one, which has less to weigh in its moments already.
 
     Args:
         clips: their evidence, each with its effective samples, in one frame.
@@ -40,7 +40,7 @@ def by_skin(clips: Sequence[Evidence], looseness: float) -> list[float]:
 
 
 def _variance(evidence: Evidence, looseness: float) -> float | None:
-    """Variance of a sample, m⁴, with which the clip would know what it does; None where it has no centre."""
+    """Variance of the clip's own centre, m², over the directions that it shows; None where it shows none."""
     seen = evidence[evidence.count > 0]
     if not len(seen.count) or not seen.count.max() >= 4:
         return None
@@ -59,4 +59,4 @@ def _variance(evidence: Evidence, looseness: float) -> float | None:
     if least < LEAST_SPREAD**2:
         # Skin alone moves the markers so far: nothing is known of the joint that could be weighed.
         return None
-    return float(np.trace(spread @ solved.T @ covariance @ solved)) / sphere.rank
+    return float(np.trace(solved.T @ covariance @ solved)) / sphere.rank
