@@ -20,7 +20,14 @@ from mocap_skel.joints.priors import Expected
 from mocap_skel.joints.samples import Gathered, JointSamples, gather
 from mocap_skel.joints.skin import skin_error
 from mocap_skel.joints.sphere import Sphere, fit_markers
-from mocap_skel.joints.verdicts import LEAST_SPREAD, Verdict, by_error, by_movement, by_numbers, worst
+from mocap_skel.joints.verdicts import (
+    LEAST_SPREAD,
+    Verdict,
+    by_error,
+    by_movement,
+    by_numbers,
+    worst,
+)
 from mocap_skel.segments.pose import Array
 
 

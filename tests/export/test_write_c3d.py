@@ -139,7 +139,10 @@ def test_added_points_are_no_markers_when_the_copy_is_read_again(tmp_path):
     assert axes and len(again.left_out[reason]) == (
         len(list(fit.tracks())) + 4 * len(fit.segments) + len(axes)
     )
-    assert f"{fit.subject}:{axes[0]}_A" in again.left_out[reason] or f"{axes[0]}_A" in again.left_out[reason]
+    assert (
+        f"{fit.subject}:{axes[0]}_A" in again.left_out[reason]
+        or f"{axes[0]}_A" in again.left_out[reason]
+    )
     # Labels carry the subject.
     labels = texts(survey(target).section.groups["POINT"], "JOINT_CENTRES")
     assert labels[0] == f"{fit.subject}:Waist"
