@@ -20,7 +20,7 @@ def test_measures_are_given_one_by_one_or_in_a_file(tmp_path):
 
 @pytest.mark.parametrize("command", ["fit", "calibrate", "report", "draw"])
 @pytest.mark.parametrize(
-    "said, message",
+    ("said", "message"),
     [
         ("knee_widht=10cm", "there is no measure 'knee_widht' (did you mean knee_width"),
         ("knee_width=10", "'10' is no length; give it with its unit, like 10.2cm"),
@@ -36,7 +36,7 @@ def test_what_is_no_measure_is_told(tmp_path, command, said, message):
 
 
 @pytest.mark.parametrize(
-    "text, message",
+    ("text", "message"),
     [
         ("knee_width = 10.2", "bad.toml: measure knee_width: '10.2' is no length"),
         ("kneewidth = '10cm'", "bad.toml: there is no measure 'kneewidth'"),

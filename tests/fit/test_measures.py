@@ -64,7 +64,7 @@ def test_the_clips_own_measures_are_used_and_given_ones_count_before_them(scene)
 
 
 @pytest.mark.parametrize(
-    "measures, said",
+    ("measures", "said"),
     [
         ({"left_knee_width": 0.19}, "left knee width is said to be 19 cm; a person whose limbs"),
         ({"inter_asis": 0.44}, "inter-ASIS distance is said to be 44 cm, but its markers are"),
@@ -83,5 +83,5 @@ def test_a_measure_that_the_markers_contradict_is_named_and_not_used(scene, meas
 def test_larger_markers_lie_farther_outside(scene):
     _, clip = scene
     small, large = (fit_clip(clip, measures={"marker_diameter": d}) for d in (0.014, 0.034))
-    knees = [[j.anatomy for j in fit.joints if j.joint == "LeftKnee"][0] for fit in (small, large)]
+    knees = [next(j.anatomy for j in fit.joints if j.joint == "LeftKnee") for fit in (small, large)]
     assert np.linalg.norm(knees[0] - knees[1]) == pytest.approx(0.01, rel=0.05)

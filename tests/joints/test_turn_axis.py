@@ -42,7 +42,7 @@ def shown(motion, faults, seed):
 
 
 @pytest.mark.parametrize(
-    "motion, faults, least",
+    ("motion", "faults", "least"),
     [
         (range_of_motion, Faults(sigma=0.001), 8),
         (range_of_motion, Faults(sigma=0.0005, correlated=0.002), 6),
