@@ -2,11 +2,24 @@
 
 import numpy as np
 import pytest
-from recordings import fit_recording
+from recordings import clip_of, fit_recording
 
-from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record, still, walk
+from mocap_skel import fit_skeleton
+from mocap_skel.artificial import (
+    Faults,
+    circumduct,
+    human,
+    marker_set,
+    range_of_motion,
+    record,
+    still,
+    walk,
+)
+from mocap_skel.artificial.others import figure_of, markers_of, ranges_of
 from mocap_skel.artificial.rotations import from_vector
+from mocap_skel.figure.skeleton import read_skeleton
 from mocap_skel.joints.turn_axis import Wobble, best_axis, by_plane, by_turns
+from mocap_skel.labels.association import Assignment
 from mocap_skel.segments.pose import Pose
 from mocap_skel.spherefit import sphere_moments
 
@@ -96,3 +109,28 @@ def test_turns_about_the_childs_own_bone_do_not_tilt_the_plane():
     assert found.direction == pytest.approx([0.0, -1.0, 0.0], abs=1e-6)
     tilted = by_turns(turned(np.tile(np.eye(3), (100, 1, 1))), turned(turns @ twist), [])
     assert tilted is None or abs(tilted.direction[1]) < 0.95
+
+
+def test_a_finger_that_bends_shows_its_axis():
+    skeleton = read_skeleton("hand")
+    figure = figure_of(skeleton)
+    ranges = {
+        name: ((0, 0), (0, 80), (0, 0)) if name[-1] in "23" else limits
+        for name, limits in ranges_of(skeleton).items()
+    }
+    motion = circumduct(ranges, 12, 60, seed=0)
+    recording = record(figure, markers_of(skeleton, figure), motion, Faults(sigma=0.0003), seed=0)
+    columns = {
+        s.name: {m: recording.labels.index(m) for m in s.markers if m in recording.labels}
+        for s in skeleton.segments
+    }
+    fit = fit_skeleton(clip_of(recording), Assignment("", columns, (), ()), skeleton)
+    joints = {joint.joint: joint for joint in fit.joints}
+    for name in ("IndexPIP", "MiddlePIP", "RingPIP", "LittlePIP"):
+        joint = joints[name]
+        there = recording.poses[joint.parent].rotation @ [0.0, 1.0, 0.0]
+        own = np.einsum("fji,fj->fi", fit.segments[joint.parent].pose.rotation, there)
+        degrees, _ = off(joint.turns_on, own.mean(axis=0) / np.linalg.norm(own.mean(axis=0)))
+        assert min(degrees, 180 - degrees) < 5 and joint.turns_on.standard_error < 0.2
+    # Its base bends and spreads, as a ball does.
+    assert joints["IndexMCP"].turns_on is None
