@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,7 @@ class Clip:
         mirror: the axis that was negated when the file was read, since the file's body is mirrored; "" for none.
         doubles: columns whose label is one and the same in the file, the first of them and its copies.
         as_read: labels and subjects as the reader gave them, where subjects were found in labels later.
+        measures: of the one person in it, as the file has them: full name (`measures.MEASURES`) → metres.
 
     Example:
         >>> from mocap_skel import Clip, read_clip
@@ -56,6 +58,7 @@ class Clip:
     up_by: str = "file"
     doubles: tuple[tuple[int, ...], ...] = ()
     as_read: tuple[tuple[str, ...], tuple[str, ...]] | None = None
+    measures: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def frames(self) -> int:

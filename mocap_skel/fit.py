@@ -12,13 +12,14 @@ import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
+from mocap_skel.figure.measured import Measured, size_by, with_measures
 from mocap_skel.figure.own_names import in_own_names
 from mocap_skel.figure.skeleton import Segment, Skeleton
 from mocap_skel.joints.calibration import Calibration, credited, digest_of
 from mocap_skel.joints.centre import PriorKnowledge, fit_centre
 from mocap_skel.joints.choices import BEST, POSES, PRIORS, Estimation, check_method
 from mocap_skel.joints.joint_fit import CentreFit, JointFit, doubted, from_anatomy, unfitted
-from mocap_skel.joints.knowledge import JointKnowledge, expected_in, joint_knowledge
+from mocap_skel.joints.knowledge import JointKnowledge, expected_in, joint_knowledge, turn_axis
 from mocap_skel.joints.notes import fit_notes
 from mocap_skel.joints.priors import subject_size
 from mocap_skel.joints.samples import LEAST_SAMPLES, JointSamples
@@ -48,6 +49,7 @@ def fit_skeleton(
     prior: str = "skeleton",
     calibration: Calibration | None = None,
     trust: bool = False,
+    measures: Mapping[str, float] | None = None,
 ) -> SkeletonFit:
     """Fit a skeleton to one subject of a clip.
 
@@ -70,6 +72,7 @@ def fit_skeleton(
             by its information. "none": the motion alone, the thesis's pure fit.
         calibration: what other clips of the actor know of the joints; the clip itself, if it is among
             them, counts once.
+        measures: of the person, full name (`measures.MEASURES`) → metres; they count before those of the clip's file.
 
     Raises:
         ValueError: no such pose, method, noise or prior, or two that do not go together.
@@ -94,7 +97,13 @@ def fit_skeleton(
     )
     prepared = prepare(clip, columns, sigma=sigma, noise=noise, search=search)
     anatomy = prior != "none"
-    size = subject_size(skeleton, prepared.distance) if anatomy else 1.0
+    size, measured = 1.0, Measured(skeleton, ())
+    if anatomy:
+        person = {**clip.measures, **(measures or {})}
+        size = subject_size(skeleton, prepared.distance, size_by(person))
+        if person:
+            measured = with_measures(skeleton, person, size, prepared.distance)
+            skeleton = measured.skeleton
     if calibration is not None:
         calibration = calibration.without(digest_of(clip, assignment.subject))
     task = Task(
@@ -121,6 +130,7 @@ def fit_skeleton(
         joints=tuple(doubted(j, misplaced.doubt(j.parent, j.child)) for j in walked.joints),
         notes=(
             *said,
+            *measured.notes,
             *fit_notes(walked.joints, walked.calibrated, prepared, task),
             *walked.notes,
             *notes(trouble, prepared.samples),
@@ -217,11 +227,11 @@ def _joint(segment: Segment, parent: Placed | None, prepared: Prepared, task: Ta
         if expected is None:
             return _Joined(_unfitted(segment, prepared, found), prepared, notes=said)
         centre = from_anatomy(expected, found)
-        return _Joined(_named(segment, parent, centre, prepared), prepared, notes=said)
+        return _Joined(_named(segment, parent, centre, prepared, task.size), prepared, notes=said)
     words = ""
     if known.pooled is not None:
         found, words = credited(found, known.pooled, len(prepared.markers(segment.name)))
-    return _Joined(_named(segment, parent, found, prepared), prepared, words, said)
+    return _Joined(_named(segment, parent, found, prepared, task.size), prepared, words, said)
 
 
 def _by_movement(
@@ -280,7 +290,9 @@ def _centre(
     return few if found is None else found
 
 
-def _named(segment: Segment, parent: Placed, found: CentreFit, prepared: Prepared) -> JointFit:
+def _named(
+    segment: Segment, parent: Placed, found: CentreFit, prepared: Prepared, size: float
+) -> JointFit:
     """A centre as a joint: with its names, its track in the lab, and the markers that were used."""
     assert segment.parent is not None and segment.joint is not None
     used = np.isfinite(found.radius)
@@ -292,6 +304,7 @@ def _named(segment: Segment, parent: Placed, found: CentreFit, prepared: Prepare
         child=segment.name,
         markers=tuple(names[i] for i in np.flatnonzero(used)),
         track=parent.pose.to_lab(found.centre),
+        turns_on=turn_axis(segment, parent, found.centre, prepared, size),
         **{f.name: getattr(found, f.name) for f in fields(CentreFit)},
     )
 

@@ -91,8 +91,11 @@ def assert_same_fit(fit, other):
     """Not one bit of difference."""
     for a, b in zip(fit.joints, other.joints, strict=True):
         # The evidence holds what the rest is made of, in arrays of arrays.
-        for name in vars(a).keys() - {"evidence"}:
+        for name in vars(a).keys() - {"evidence", "turns_on"}:
             np.testing.assert_array_equal(getattr(a, name), getattr(b, name), err_msg=a.joint)
+        assert (a.turns_on is None) == (b.turns_on is None)
+        for name in ("direction", "covariance") if a.turns_on else ():
+            np.testing.assert_array_equal(getattr(a.turns_on, name), getattr(b.turns_on, name))
     for (name, a), (_, b) in zip(fit.tracks(), other.tracks(), strict=True):
         np.testing.assert_array_equal(a, b, err_msg=name)
     assert fit.sigma == other.sigma

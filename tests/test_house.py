@@ -26,7 +26,8 @@ PLAN = (
     ("artificial", "readers"),
     ("figure",),
     ("spherefit",),
-    ("clip", "extras", "text"),
+    ("clip", "extras", "measures"),
+    ("text",),
     ("errors", "version"),
 )
 FLOOR = {room: floor for floor, rooms in enumerate(reversed(PLAN)) for room in rooms}

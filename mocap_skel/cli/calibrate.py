@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 @options.overwrite
 @options.pure_estimation
 @options.prior
+@options.person
 @options.reading
 @options.wide
 @options.as_json

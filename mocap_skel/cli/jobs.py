@@ -39,6 +39,8 @@ class Told(Looked):
     prior: NotRequired[str]
     trust: NotRequired[bool]
     calibration: NotRequired[Path | None]
+    measure: NotRequired[tuple[str, ...]]
+    measures: NotRequired[Path | None]
 
 
 def looked_at(path: Path, told: Looked) -> tuple[Clip, Job]:
@@ -90,15 +92,26 @@ def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
         association=association, figure=figure, calibration=calibration,
         subject=told["subject"], sigma=told["sigma"], pose=told["pose"], method=told["method"],
         noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"],
-        salvage=told["salvage"], mirror=told["mirror"], clip_up=told["clip_up"], trust=told.get("trust", False),
+        measures=_measures(told), salvage=told["salvage"], mirror=told["mirror"], clip_up=told["clip_up"],
+        trust=told.get("trust", False),
         inputs=_inputs(told, clips), **more,
     )  # fmt: skip
 
 
 def _inputs(told: Told, clips: Iterable[Path]) -> frozenset[Path]:
     """The files that the call reads; a bare name of a shipped one is no file here, and does no harm."""
-    named = (told["association"], told["skeleton"], told.get("calibration"))
+    named = (told["association"], told["skeleton"], told.get("calibration"), told.get("measures"))
     return frozenset([*clips, *(Path(name) for name in named if name)])
+
+
+def _measures(told: Told) -> dict[str, float]:
+    """The measures of the person that the call gives, full name → metres."""
+    path, said = told.get("measures"), told.get("measure", ())
+    if path is None and not said:
+        return {}
+    from mocap_skel.measures import measures_of, read_measures
+
+    return {**({} if path is None else read_measures(path)), **measures_of(said)}
 
 
 def _calibration(told: Told, association: Association | None) -> Calibration | None:

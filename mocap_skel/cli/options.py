@@ -160,6 +160,16 @@ calibration = click.option(
     help="What other clips of the actor know of the joints, from mocap-skel calibrate; the clip's own "
     "movement adds to it.",
 )  # fmt: skip
+measure = click.option(
+    "--measure", "measure", multiple=True, metavar="NAME=LENGTH",
+    help="A measure of the person, for the joints that anatomy places: knee_width=10.2cm; repeat it. Also left_ and "
+    "right_; ankle_width, elbow_width, wrist_width, leg_length, inter_asis, marker_diameter, height.",
+)  # fmt: skip
+measures = click.option(
+    "--measures", "measures", metavar="FILE", type=click.Path(path_type=Path),
+    help='A file of such measures, TOML: knee_width = "10.2cm". --measure counts before it, and both before the '
+    "clip's own.",
+)  # fmt: skip
 figures = click.option("--figures/--no-figures", default=True, show_default=True, help="Draw them.")
 seed = click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is drawn."
@@ -227,6 +237,7 @@ def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
 
 which = _together(association, skeleton, subject)
 pure_estimation = _together(sigma, pose, method, noise)
-estimation = _together(pure_estimation, prior, calibration, trust)
+person = _together(measure, measures)
+estimation = _together(pure_estimation, prior, person, calibration, trust)
 reading = _together(unit, rate, salvage, mirror, clip_up)
 findings = _together(figures, folder, overwrite, as_json, quiet)

@@ -21,7 +21,7 @@ from mocap_skel.readers.formats.c3d.point_lists import AXES_LIST, SKELETON_LIST
 from mocap_skel.readers.formats.c3d.section import BLOCK
 from mocap_skel.readers.formats.c3d.survey import Survey, survey
 from mocap_skel.readers.units import metres_in
-from mocap_skel.results.tables import track_kinds
+from mocap_skel.results.tables import axis_ends, track_kinds
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import counted, listed, stem
@@ -64,7 +64,8 @@ def c3d_copy(
         fit: in the clip's own axes.
         clip: what it was fitted to, as read from `path`.
         path: the file.
-        axes: also each segment's origin and the tips of its axes, 10 cm away: Hips_O, _X, _Y, _Z.
+        axes: also each segment's origin and the tips of its axes, 10 cm away: Hips_O, _X, _Y, _Z; and where the
+            clip shows the axis on which a joint turns, its tip, 10 cm from the joint: LeftKnee_A.
 
     Returns:
         The file's content, and notes.
@@ -144,6 +145,12 @@ def _axes(fit: SkeletonFit) -> Iterable[_Point]:
             tip = pose.origin + AXIS * pose.rotation[:, :, axis]
             said = f"segment {name.lower()} axis by mocap-skel"
             yield _Point(f"{segment.name}_{name}", tip, said, AXES_LIST)
+    for joint in fit.joints:
+        ends = axis_ends(fit, joint, AXIS)
+        if ends is not None and joint.turns_on is not None:
+            error = np.degrees(joint.turns_on.standard_error)
+            said = f"axis of {joint.joint} by mocap-skel, s.e. {error:.1f} degrees"
+            yield _Point(f"{joint.joint}_A", ends[1], said, AXES_LIST)
 
 
 def _labels(fit: SkeletonFit, points: list[_Point], found: Survey) -> tuple[list[str], list[str]]:

@@ -46,5 +46,8 @@ def in_own_names(skeleton: Skeleton, own: Mapping[str, str]) -> Skeleton:
         skeleton,
         segments=tuple(map(segment, skeleton.segments)),
         landmarks={name: tuple(map(named, sets)) for name, sets in skeleton.landmarks.items()},
+        measures={
+            name: (own.get(a, a), own.get(b, b)) for name, (a, b) in skeleton.measures.items()
+        },
         sizes=tuple((own.get(a, a), own.get(b, b), length) for a, b, length in skeleton.sizes),
     )

@@ -9,6 +9,8 @@ from typing import Any
 from mocap_skel.errors import SkeletonError
 from mocap_skel.figure.toml_checks import is_a, known_keys, names, number
 from mocap_skel.figure.toml_places import Places
+from mocap_skel.measures import MEASURES
+from mocap_skel.text import nearest
 
 
 @dataclass(frozen=True)
@@ -198,3 +200,26 @@ def read_sizes(data: Mapping[str, Any], places: Places) -> tuple[tuple[str, str,
         length = number(entry[2], here, "a size is a length in metres above 0", positive=True)
         sizes.append((entry[0], entry[1], length))
     return tuple(sizes)
+
+
+def read_measured(data: Mapping[str, Any], places: Places) -> dict[str, tuple[str, str]]:
+    """Read the file's `measures`: name of a measure → the two landmarks that it is between.
+
+    Raises:
+        SkeletonError: no such measure, or not two names.
+    """
+    here = places.of(None, "measures")
+    found = is_a(data.get("measures", {}), dict, here, "measures: a table")
+    measures = {}
+    for name, ends in found.items():
+        where = places.of(None, f"measures.{name}")
+        if name not in MEASURES:
+            raise SkeletonError(f"{where}: there is no measure {name!r}", nearest(name, MEASURES))
+        if (
+            not isinstance(ends, list)
+            or len(ends) != 2
+            or not all(isinstance(e, str) for e in ends)
+        ):
+            raise SkeletonError(f"{where}: {name}: two landmarks are needed, not {ends!r}")
+        measures[name] = (ends[0], ends[1])
+    return measures

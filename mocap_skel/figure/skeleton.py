@@ -12,7 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from mocap_skel.errors import SkeletonError, Told, ours
-from mocap_skel.figure.prior_tables import Prior, read_landmarks, read_priors, read_sizes
+from mocap_skel.figure.prior_tables import (
+    Prior,
+    read_landmarks,
+    read_measured,
+    read_priors,
+    read_sizes,
+)
 from mocap_skel.figure.rest_keys import REST_KEYS, Vector, read_rest
 from mocap_skel.figure.toml_checks import is_a, known_keys, names, number
 from mocap_skel.figure.toml_places import Places
@@ -76,12 +82,14 @@ class Skeleton:
         segments: parents first.
         landmarks: name → sets of markers whose mean it is, the best first.
         sizes: two markers and their distance in metres in a person of 1.75 m.
+        measures: of a person, by their full names: the two landmarks that each is between.
     """
 
     name: str
     segments: tuple[Segment, ...]
     landmarks: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
     sizes: tuple[tuple[str, str, float], ...] = ()
+    measures: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Segment:
         """The segment of that name."""
@@ -182,7 +190,7 @@ def _toml_problem(path: Path, text: str) -> Told:
 
 def _build(data: dict[str, Any], places: Places, readers: tuple[Path, ...]) -> Skeleton:
     """The skeleton of a file's data, checked."""
-    known_keys(data, {"name", "like", "landmarks", "sizes", "segment"}, places, None)
+    known_keys(data, {"name", "like", "landmarks", "sizes", "measures", "segment"}, places, None)
     entries = data.get("segment")
     if not isinstance(entries, list) or not entries:
         raise SkeletonError(f"{places.of(None)}: no [[segment]] in it")
@@ -190,12 +198,14 @@ def _build(data: dict[str, Any], places: Places, readers: tuple[Path, ...]) -> S
     _check_tree(segments, places)
     name = is_a(data.get("name", places.path.stem), str, places.of(None, "name"), "name: a text")
     landmarks, sizes = read_landmarks(data, places), read_sizes(data, places)
+    measures = read_measured(data, places)
     if "like" in data:
         model = _model(data["like"], places, readers)
         segments = [_taken(s, e, model) for s, e in zip(segments, entries, strict=True)]
         landmarks = {**model.landmarks, **landmarks}
         sizes = sizes if "sizes" in data else model.sizes
-    return Skeleton(name, tuple(_in_order(segments, places)), landmarks, sizes)
+        measures = {**model.measures, **measures}
+    return Skeleton(name, tuple(_in_order(segments, places)), landmarks, sizes, measures)
 
 
 def _model(name: Any, places: Places, readers: tuple[Path, ...]) -> Skeleton:

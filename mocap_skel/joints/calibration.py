@@ -16,6 +16,7 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import MocapSkelError
 from mocap_skel.joints.evidence import Evidence, information, merged, moved, placed
 from mocap_skel.joints.joint_fit import CentreFit, JointFit
+from mocap_skel.joints.pooling import by_skin
 from mocap_skel.segments.pose import Array, least_squares_pose
 from mocap_skel.segments.shape import Shape, median
 from mocap_skel.text import listed
@@ -106,14 +107,16 @@ class Pooled:
     """What other clips know of a joint, in a clip's own coordinates.
 
     Attributes:
-        evidence: of `markers`.
+        evidence: of `markers`, each clip's samples counted by what its skin leaves it to know.
         markers: the child's that the clip has, then others: of other clips only, or re-attached.
         clips: whose it is.
+        samples: how many there are, each counted once.
     """
 
     evidence: Evidence
     markers: tuple[str, ...]
     clips: tuple[str, ...]
+    samples: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +176,12 @@ def template_of(markers: Sequence[str], points: Array, shape: Shape | None) -> T
 
 
 def pooled_evidence(
-    calibration: Calibration, joint: str, parent: Template, child: Template, markers: Sequence[str]
+    calibration: Calibration,
+    joint: str,
+    parent: Template,
+    child: Template,
+    markers: Sequence[str],
+    looseness: float = 1.0,
 ) -> tuple[Pooled | None, tuple[str, ...]]:
     """What other clips know of a joint, and a note for each segment that is not the same any more.
 
@@ -183,6 +191,7 @@ def pooled_evidence(
         parent: the parent's points in the clip that asks.
         child: the child's; their own coordinates do not matter.
         markers: the child's in that clip, in the order of its columns.
+        looseness: how far the joint is from a ball, as `Segment.looseness`.
     """
     found: list[tuple[ClipEvidence, JointEvidence, Evidence, list[str]]] = []
     notes = []
@@ -207,12 +216,14 @@ def pooled_evidence(
     if not found:
         return None, tuple(notes)
     every = list(dict.fromkeys([*markers, *(n for *_, names in found for n in names)]))
+    shares = by_skin([evidence for _, _, evidence, _ in found], looseness)
     total: Evidence | None = None
-    for _, _, evidence, names in found:
-        one = placed(evidence, [every.index(n) for n in names], len(every))
+    for (_, _, evidence, names), share in zip(found, shares, strict=True):
+        one = placed(evidence.counted(share), [every.index(n) for n in names], len(every))
         total = one if total is None else merged(total, one)
     assert total is not None
-    return Pooled(total, tuple(every), tuple(c.clip for c, *_ in found)), tuple(notes)
+    samples = int(sum(evidence.count.sum() for _, _, evidence, _ in found))
+    return Pooled(total, tuple(every), tuple(c.clip for c, *_ in found), samples), tuple(notes)
 
 
 def aligned(theirs: Template, ours: Template) -> tuple[tuple[Array, Array] | None, str]:
@@ -284,7 +295,8 @@ def credited(found: CentreFit, pooled: Pooled, own: int) -> tuple[CentreFit, str
     count = len(pooled.clips)
     words = f"calibration ({count} clip{'s' if count > 1 else ''}) {100 * share:.0f} %"
     reason = "; ".join(filter(None, [found.reason, words]))
-    return replace(found, reason=reason, radius=found.radius[:own]), words
+    samples = pooled.samples + (0 if found.evidence is None else int(found.evidence.count.sum()))
+    return replace(found, reason=reason, radius=found.radius[:own], samples=samples), words
 
 
 def calibration_note(used: Mapping[str, str]) -> str:

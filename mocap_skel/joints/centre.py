@@ -14,14 +14,16 @@ from numpy.typing import NDArray
 from mocap_skel.joints.choices import Estimation
 from mocap_skel.joints.evidence import Evidence
 from mocap_skel.joints.joint_fit import CentreFit, from_anatomy, worst_error
+from mocap_skel.joints.pooling import by_skin
 from mocap_skel.joints.posterior import Estimate, Posterior, combine, with_shared_point
 from mocap_skel.joints.priors import Expected
-from mocap_skel.joints.samples import JointSamples, gather
+from mocap_skel.joints.samples import Gathered, JointSamples, gather
 from mocap_skel.joints.skin import skin_error
 from mocap_skel.joints.sphere import Sphere, fit_markers
 from mocap_skel.joints.verdicts import (
     LEAST_SPREAD,
     Verdict,
+    by_error,
     by_movement,
     by_numbers,
     worst,
@@ -101,7 +103,7 @@ def _at(seen: NDArray[np.bool_], radius: Array) -> Array:
 
 def _fit(samples: JointSamples, choice: Estimation, known: PriorKnowledge) -> CentreFit | None:
     """The chain, for markers that are all seen somewhere."""
-    seen = gather(samples, known.pooled)
+    seen = _together(samples, known)
     if not seen.enough:
         return None
     sphere = fit_markers(seen, choice)
@@ -111,14 +113,26 @@ def _fit(samples: JointSamples, choice: Estimation, known: PriorKnowledge) -> Ce
         sphere.rank, sphere.weakest_sd, sphere.residual, sphere.evidence.spread_over_noise
     )
     motion = Estimate(sphere.fit.centre, sphere.covariance(movement.shown == "yes"))
+    found = _posterior(sphere, motion, known)
     # The worst of what the movement shows, what the numbers say, and what the parent's frame allows.
     verdict = worst(
         Verdict("no", sphere.failure) if sphere.failure else Verdict("yes"),
         movement,
         by_numbers(sphere.residual, worst_error(motion.covariance)),
         Verdict(samples.frame.limit, samples.frame.doubt),
+        by_error(worst_error(found.covariance)),
     )
-    return _result(sphere, _posterior(sphere, motion, known), verdict, known.expected)
+    return _result(sphere, found, verdict, known.expected)
+
+
+def _together(samples: JointSamples, known: PriorKnowledge) -> Gathered:
+    """All evidence; where other clips know more than this one, its samples count less, and the other way round."""
+    seen = gather(samples, known.pooled)
+    if known.pooled is None or not gather(samples, None).enough:
+        return seen
+    first = fit_markers(gather(samples, None), _AS_SUITS).evidence
+    own, others = by_skin([first, known.pooled], known.looseness)
+    return Gathered(samples, seen.own, known.pooled.counted(others), own)
 
 
 def _posterior(sphere: Sphere, motion: Estimate, known: PriorKnowledge) -> Posterior:

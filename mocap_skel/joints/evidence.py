@@ -78,6 +78,14 @@ class Evidence:
         factor = np.linalg.inv(np.linalg.cholesky(still + floor * np.eye(3)))
         return float(np.sqrt(max(np.linalg.eigvalsh(factor @ spread @ factor.T)[0], 0.0)))
 
+    def counted(self, share: float) -> Evidence:
+        """The same, each sample counted as so much of one."""
+        if share >= 1.0:
+            return self
+        m = self.moments
+        few = replace(m, count=m.count * max(share, LEAST_COUNTED))
+        return replace(self, moments=few, effective=self.effective * max(share, LEAST_COUNTED))
+
     def __getitem__(self, index: NDArray[Any]) -> Evidence:
         """Some of the markers."""
         parts: dict[str, Any] = {name: getattr(self, name)[index] for name in _OF_EACH}
@@ -88,6 +96,8 @@ class Evidence:
 NEAREST = 1e-3
 # Metres: residuals are never taken for smaller, a hundredth of a millimetre is below any camera's.
 LEAST_NOISE = 1e-5
+# However little a clip knows beside another, its samples count as so much of others: markers that only it has keep theirs.
+LEAST_COUNTED = 1e-3
 _OF_EACH = ("moments", "noise", "leverage", "skew", "still", "effective", "smooth")
 
 

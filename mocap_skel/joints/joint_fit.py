@@ -9,6 +9,7 @@ import numpy as np
 
 from mocap_skel.joints.evidence import Evidence
 from mocap_skel.joints.priors import Expected
+from mocap_skel.joints.turn_axis import TurnAxis
 from mocap_skel.segments.pose import Array
 
 # What stands for a method where no motion was used.
@@ -88,6 +89,7 @@ class JointFit(CentreFit):
         joint, parent, child: names.
         markers: the child's markers that were used.
         track: (frames, 3) the centre in the lab.
+        turns_on: the axis on which both segments turn, in the parent's frame; None for a ball, or where none is shown.
         doubt: why the joint is not to be trusted whatever its numbers say; "" where nothing speaks against it.
     """
 
@@ -96,6 +98,7 @@ class JointFit(CentreFit):
     child: str
     markers: tuple[str, ...]
     track: Array
+    turns_on: TurnAxis | None = field(default=None, kw_only=True)
     doubt: str = field(default="", kw_only=True)
 
 

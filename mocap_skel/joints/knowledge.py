@@ -8,11 +8,22 @@ import numpy as np
 
 from mocap_skel.figure.skeleton import Segment
 from mocap_skel.joints.calibration import Pooled, Template, pooled_evidence, template_of
-from mocap_skel.joints.hinge import Turning, turning
+from mocap_skel.joints.evidence import NEAREST
+from mocap_skel.joints.hinge import Turning, hinge_shift, turning
 from mocap_skel.joints.priors import Expected, Surroundings, expected_joint
 from mocap_skel.joints.samples import LEAST_SAMPLES
 from mocap_skel.joints.segment_pose import Placed
 from mocap_skel.joints.task import Task
+from mocap_skel.joints.turn_axis import (
+    TurnAxis,
+    Wobble,
+    bending,
+    bends,
+    best_axis,
+    by_plane,
+    by_turns,
+    wobble,
+)
 from mocap_skel.joints.two_sided import SharedPoint, shared_point
 from mocap_skel.segments.pose import Array
 from mocap_skel.segments.prepare import Prepared
@@ -110,6 +121,46 @@ def expected_in(
     return expected_joint(segment.priors, task.skeleton.landmarks, around)
 
 
+def turn_axis(
+    segment: Segment, parent: Placed, centre: Array, prepared: Prepared, size: float
+) -> TurnAxis | None:
+    """The axis on which a segment and its parent turn; None for a ball, or where none is shown.
+
+    Args:
+        segment: the one below the joint.
+        parent: the one above it.
+        centre: (3,) the joint in the parent's frame, metres.
+        prepared: the clip's markers.
+        size: the subject's, 1 for a person of 1.75 m.
+    """
+    markers = prepared.markers(segment.name)
+    # A parent on one marker has no turn of its own, or the one that its child gives it.
+    if not markers or parent.posed.shape is None or not bends(segment):
+        return None
+    hinge = hinge_shift(segment.priors)
+    told = () if hinge is None else hinge[1].toward
+    ends = [markers.index(m) for m in (told if all(m in markers for m in told) else ()) or markers]
+    far = sphere_moments(parent.pose.to_segment(prepared.of(segment.name)[:, ends]).mean(axis=1))
+    if far.count < LEAST_SAMPLES:
+        return None
+    sigma, distance = prepared.noise.sigma, float(np.linalg.norm(far.mean - centre))
+    # Where the pose rests on the joint above, that is one more point of its shape.
+    rests = len(parent.posed.shape.template) > len(parent.markers)
+    if rests and not np.isfinite(parent.joint_error):
+        return None
+    above = wobble(parent.posed.shape, sigma, parent.joint_error if rests else 0.0)
+    place = Wobble(0.0, sigma**2 / (len(ends) * max(distance, NEAREST) ** 2))
+    middle = np.mean(list(parent.template.values()), axis=0)
+    beside = 0.0 if hinge is None else -hinge[1].hinge * hinge[1].beside * size
+    found = [by_plane(far, centre, middle, [above, place], beside)]
+    # Another joint's turns about its bone go with its bend as often as not: only the plane tells them apart.
+    if segment.freedom == "hinge" and segment.name in prepared.shapes:
+        shape, pose = prepared.shapes[segment.name]
+        turned = by_turns(parent.pose, pose, [above, wobble(shape, sigma)])
+        found.append(None if turned is None else bending(turned, far, centre, middle))
+    return best_axis(found)
+
+
 def _shared(segment: Segment, parent: Placed, prepared: Prepared) -> SharedPoint | None:
     """The point of a segment's own shape that stays in its parent."""
     if segment.name not in prepared.shapes:
@@ -131,4 +182,5 @@ def _pooled(
         Template(parent.template, parent.posed.joint, parent.rigid),
         template_of(markers, prepared.of(segment.name), shape),
         markers,
+        segment.looseness,
     )

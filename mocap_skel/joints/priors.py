@@ -72,15 +72,20 @@ class Surroundings:
     upper_error: float = 0.0
 
 
-def subject_size(skeleton: Skeleton, distance: Callable[[str, str], float | None]) -> float:
+def subject_size(
+    skeleton: Skeleton,
+    distance: Callable[[str, str], float | None],
+    otherwise: float | None = None,
+) -> float:
     """How large the subject is, 1 for a person of 1.75 m: the median over the lengths that can be measured.
 
     Args:
         skeleton: its `sizes` say between which markers, and how long each is in that person.
         distance: metres between two markers, None where they are not seen together.
+        otherwise: the size where no length can be measured.
 
     Returns:
-        1 where no length can be measured; never outside `SIZES`.
+        1 where nothing tells; never outside `SIZES`.
 
     >>> from mocap_skel.figure.skeleton import read_skeleton
     >>> human = read_skeleton("human")
@@ -93,7 +98,7 @@ def subject_size(skeleton: Skeleton, distance: Callable[[str, str], float | None
         for first, second, length in skeleton.sizes
         if (found := distance(first, second)) is not None
     ]
-    return float(np.clip(np.median(ratios), *SIZES)) if ratios else 1.0
+    return float(np.clip(np.median(ratios or [otherwise or 1.0]), *SIZES))
 
 
 def expected_joint(

@@ -111,16 +111,20 @@ class Gathered:
         samples: of this clip.
         own: this clip's evidence.
         pooled: other clips' evidence of the same markers, in the same frame; None without any.
+        share: what each sample of this clip counts, beside one of the others'.
     """
 
     samples: JointSamples
     own: Evidence
     pooled: Evidence | None
+    share: float = 1.0
 
     @cached_property
     def total(self) -> Evidence:
         """All evidence together."""
-        return self.own if self.pooled is None else merged(self.own, self.pooled)
+        return (
+            self.own if self.pooled is None else merged(self.own.counted(self.share), self.pooled)
+        )
 
     @property
     def enough(self) -> bool:
@@ -134,7 +138,7 @@ class Gathered:
         own = replace(
             self.own, effective=effective_counts(errors) / alike, smooth=smooth_share(errors)
         )
-        return Gathered(self.samples, own, self.pooled)
+        return Gathered(self.samples, own, self.pooled, self.share)
 
     def residual(self, errors: Array, fit: SphereFit) -> float:
         """Metres: root mean square of all radial residuals about the centre of a fit.

@@ -84,6 +84,33 @@ def by_numbers(residual: float, error: float) -> Verdict:
     return Verdict("yes")
 
 
+def by_error(error: float) -> Verdict:
+    """Whether a joint's whole standard error, skin and anatomy counted in, deserves a "yes".
+
+    Args:
+        error: in the worst direction, metres.
+
+    >>> by_error(0.004).shown, by_error(0.016).reason
+    ('yes', 'standard error 1.6 cm in one direction with skin')
+    """
+    if error > SAFE_ERROR:
+        return Verdict("weak", f"standard error {100 * error:.1f} cm in one direction with skin")
+    return Verdict("yes")
+
+
+def wide_enough(weakest: float, residual: float) -> bool:
+    """Whether the movement was made that shows a joint: what is left of its error, more of the same does not take away.
+
+    Args:
+        weakest: √λ_min, the standard deviation of the markers in their weakest direction, metres.
+        residual: root mean square of the radial residuals, metres.
+
+    >>> wide_enough(0.045, 0.003), wide_enough(0.008, 0.005)
+    (True, False)
+    """
+    return weakest > max(SAFE_RATIO * residual, LEAST_SPREAD)
+
+
 def worst(*verdicts: Verdict) -> Verdict:
     """The worst of some verdicts; of equal ones the first.
 

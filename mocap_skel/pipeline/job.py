@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -43,6 +43,7 @@ class Job:
         mirror: the axis to negate when a clip is read, None for none.
         clip_up: what points up in a clip, in place of what the clip and the body say.
         trust: fit the markers as they are named, though some look exchanged.
+        measures: of the person, full name (`measures.MEASURES`) → metres.
         command: the call, as the page shows it.
         figure: without an association, guess for this one.
         strict: without an association, no clear name may contradict the movement.
@@ -66,6 +67,7 @@ class Job:
     mirror: str | None = None
     clip_up: str | None = None
     trust: bool = False
+    measures: Mapping[str, float] = field(default_factory=dict)
     command: str = ""
     figure: Skeleton | None = None
     strict: bool = False
@@ -119,7 +121,7 @@ class Job:
         return fit_skeleton(
             clip, assignment, self.known.skeleton, sigma=sigma, pose=self.pose,
             method=self.method, noise=self.noise, search=search, prior=self.prior,
-            calibration=self.calibration, trust=self.trust,
+            calibration=self.calibration, trust=self.trust, measures=self.measures,
         )  # fmt: skip
 
 

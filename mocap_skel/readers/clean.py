@@ -68,6 +68,10 @@ def clean(
         raise ClipError("every marker is missing in every frame")
     points *= second_scale(points, unit, raw, notes)
     metres = scale(points, unit, raw, notes)
+    measures = raw.measures
+    if measures and len(set(subjects)) > 1:
+        notes.append("the file has the measures of one person, and several in it: not used")
+        measures = {}
     points *= metres
     upward, said_by = _up(raw, up, notes)
     return Clip(
@@ -83,6 +87,7 @@ def clean(
         left_out=left_out,
         notes=tuple(notes),
         doubles=doubles(names, subjects),
+        measures=measures,
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,7 @@ class RawClip:
         rescale: a second scale that the file gives for its coordinates, as a part of the first, by which they
             are; 1 where it does not give two.
         scale_names: what the file calls the two, for messages.
+        measures: of the one person in it, by their full names (`mocap_skel.measures.MEASURES`), metres.
         notes: what was decided while reading, one sentence each.
     """
 
@@ -49,4 +51,5 @@ class RawClip:
     earlier: frozenset[str] = frozenset()
     rescale: float = 1.0
     scale_names: tuple[str, str] = ("its first scale", "its second scale")
+    measures: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

@@ -17,6 +17,7 @@ from mocap_skel.labels.association import Assignment
 from mocap_skel.report.bands import Band
 from mocap_skel.report.ellipsoid import ellipsoid
 from mocap_skel.report.view import first_front
+from mocap_skel.results.tables import axis_ends
 from mocap_skel.rig.bridging import runs
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
@@ -32,6 +33,8 @@ UNIT = 1.0 / MOST_STEPS
 MOST_SAMPLES = 600_000
 # Metres: an ellipsoid that is drawn larger would hide the figure. It is then marked as cut.
 LARGEST = 0.10
+# Metres from a joint to the ends of the line that shows the axis on which it turns.
+AXIS = 0.08
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +72,12 @@ def scene(
     """
     tracks = dict(fit.tracks())
     markers = _markers(clip, assignment, fit)
-    points = [*tracks.values(), *(clip.points[:, m["column"]] for m in markers)]
+    axes_shown = [(j, ends) for j in fit.joints if (ends := axis_ends(fit, j, AXIS)) is not None]
+    points = [
+        *tracks.values(),
+        *(clip.points[:, m["column"]] for m in markers),
+        *(end for _, ends in axes_shown for end in ends),
+    ]
     parents = [name for name in fit.segments if any(j.parent == name for j in fit.joints)]
     every = max(1, -(-clip.frames * len(points) // MOST_SAMPLES))
     # The viewer knows what points up by the number of an axis: one that points down is turned over.
@@ -108,7 +116,16 @@ def scene(
         "points": len(points),
         "segments": parents,
         "joints": [_joint(joint, names, parents) for joint in fit.joints],
-        "bones": _bones(fit, names),
+        # The line of an axis is a bone between two points behind the markers.
+        "bones": [
+            *_bones(fit, names),
+            *(
+                {"from": at, "to": at + 1, "shown": joint.shown}
+                for at, (joint, _) in zip(
+                    range(len(names) + len(markers), len(points), 2), axes_shown, strict=True
+                )
+            ),
+        ],
         "root": names.index(fit.skeleton.root.name),
         "markers": [{**marker, "point": len(names) + i} for i, marker in enumerate(markers)],
         "largest": LARGEST,
@@ -207,7 +224,7 @@ def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, A
         "name": joint.joint,
         "point": names.index(joint.joint),
         "shown": joint.shown if joint.fitted else "none",
-        "why": joint.reason,
+        "why": _why(joint),
         "spokes": list(joint.markers),
         "child": joint.child,
     }
@@ -220,6 +237,15 @@ def _joint(joint: JointFit, names: list[str], parents: list[str]) -> dict[str, A
             "radii": np.round(radii, 6).tolist(),
         }
     return about
+
+
+def _why(joint: JointFit) -> str:
+    """The verdict's reason, and how well the axis is known that the line through the joint shows."""
+    if joint.turns_on is None:
+        return joint.reason
+    degrees = np.degrees(joint.turns_on.standard_error)
+    axis = f"the line is the axis on which it turns, s.e. {degrees:.0f}°"
+    return f"{joint.reason}; {axis}" if joint.reason else axis
 
 
 def _bones(fit: SkeletonFit, names: list[str]) -> list[dict[str, Any]]:

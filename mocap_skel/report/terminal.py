@@ -85,7 +85,7 @@ def _short(value: object) -> str:
 
 # The columns of every joint table, and those that a wide one has besides.
 _ALWAYS = ("joint", "shown", "method", "motion %", "s.e. mm", "residual mm")
-_WIDE = ("markers", "samples", "radius cm", "sigma mm", "weakest cm", "theta")
+_WIDE = ("markers", "samples", "radius cm", "sigma mm", "weakest cm", "theta", "axis ±")
 JOINT_HEAD = (*_ALWAYS, *_WIDE, "why")
 
 
@@ -131,6 +131,9 @@ def joint_cells(joint: JointFit) -> tuple[str, ...]:
         _number(1e3 * joint.sigma, ".1f"),
         _number(100 * joint.weakest_sd, ".1f"),
         _number(np.degrees(joint.angle), ".0f", "°"),
+        "-"
+        if joint.turns_on is None
+        else _number(np.degrees(joint.turns_on.standard_error), ".0f", "°"),
         joint.reason,
     )
 

@@ -40,6 +40,21 @@ def track_kinds(fit: SkeletonFit) -> Iterator[tuple[str, str, Array]]:
         yield name, "joint" if place < len(fit.joints) else own, track
 
 
+def axis_ends(fit: SkeletonFit, joint: JointFit, length: float) -> tuple[Array, Array] | None:
+    """Tracks (frames, 3) of the two ends of a joint's axis in the lab; None where the clip shows none.
+
+    Args:
+        fit: the figure.
+        joint: one of its.
+        length: metres from the joint to each end; the second one is where the axis points to.
+    """
+    parent = fit.segments.get(joint.parent)
+    if joint.turns_on is None or parent is None:
+        return None
+    way = length * (parent.pose.rotation @ joint.turns_on.direction)
+    return joint.track - way, joint.track + way
+
+
 def point_columns(fit: SkeletonFit) -> dict[str, NDArray[Any]]:
     """The moving skeleton in long form: one row for each point in each frame, frame by frame.
 
@@ -66,6 +81,7 @@ JOINT_COLUMNS = (
     "joint", "parent", "child", "x", "y", "z", "se_x", "se_y", "se_z", "markers", "samples",
     "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "shown", "method",
     "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference", "determined",
+    "axis_x", "axis_y", "axis_z", "axis_se_deg",
 )  # fmt: skip
 
 
@@ -75,7 +91,10 @@ def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
     Returns:
         `JOINT_COLUMNS` → value. Lengths are metres, the angle is in degrees; None = there is no value. `bone` is the
         median distance from the parent segment's own joint, `bone_sd` its standard deviation over the clip, and
-        `side_difference` how much longer it is than on the other side, as a share of the mean of both.
+        `side_difference` how much longer it is than on the other side, as a share of the mean of both. `axis_x`, `axis_y` and `axis_z` are the
+        axis on which both segments turn, in the parent's frame, to the side about which a right-handed turn bends
+        the joint; `axis_se_deg` is its standard error in the worst direction. They are None for a ball, and where no
+        axis is shown.
     """
     lengths = {bone.end: bone for bone in bones(fit)} if fit.joints else {}
     medians = [lengths[j.joint].median if j.joint in lengths else np.nan for j in fit.joints]
@@ -109,8 +128,17 @@ def _joint_row(joint: JointFit, bone: tuple[float, float, float]) -> dict[str, A
         _number(joint.residual), _number(joint.sigma), _number(joint.weakest_sd),
         _number(np.degrees(joint.angle), 2), joint.shown, joint.method, joint.reason,
         _number(joint.share, 3), prior, *(_number(value) for value in bone), joint.shown,
+        *_axis_cells(joint),
     )  # fmt: skip
     return dict(zip(JOINT_COLUMNS, values, strict=True))
+
+
+def _axis_cells(joint: JointFit) -> tuple[float | None, ...]:
+    axis = joint.turns_on
+    if axis is None:
+        return (None,) * 4
+    x, y, z = (_number(value, 4) for value in axis.direction)
+    return x, y, z, _number(np.degrees(axis.standard_error), 2)
 
 
 def _number(value: float, digits: int = 6) -> float | None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from mocap_skel.joints.joint_fit import JointFit
+from mocap_skel.joints.verdicts import wide_enough
 from mocap_skel.results.series import by_sides, sideless
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import counted, listed
@@ -155,8 +156,9 @@ def _asked(fit: SkeletonFit) -> list[str]:
     asked: dict[str, None] = {}
     for joint in poor:
         movement = fit.skeleton[joint.child].movement
-        # No movement shows a joint whose child has no marker.
-        if movement and joint.samples:
+        # No movement shows a joint whose child has no marker, and one that was made is not asked for again.
+        made = not joint.hinge and wide_enough(joint.weakest_sd, joint.residual)
+        if movement and joint.samples and not made:
             asked[movement] = None
     return list(asked)
 

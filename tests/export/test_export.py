@@ -82,6 +82,7 @@ class TestJointsCsv:
         "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg",
         "shown", "method", "reason",
         "from_motion", "prior", "bone", "bone_sd", "side_difference", "determined",
+        "axis_x", "axis_y", "axis_z", "axis_se_deg",
     )  # fmt: skip
 
     def test_one_row_a_joint_with_the_columns_of_the_format(self):

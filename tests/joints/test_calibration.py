@@ -73,6 +73,13 @@ def pooled(*clips, parent=PARENT, child=CHILD):
 
 
 class TestPooled:
+    @pytest.fixture(autouse=True)
+    def alike(self, monkeypatch):
+        """Clips that count alike: how much each counts is tests/pipeline/test_pooling.py's."""
+        monkeypatch.setattr(
+            "mocap_skel.joints.calibration.by_skin", lambda clips, _: [1.0] * len(clips)
+        )
+
     def test_clips_of_the_same_markers_are_one_in_our_coordinates(self):
         turn, shift = rotations(np.random.default_rng(5), 1)[0], np.array([0.3, -0.2, 0.1])
         found, notes = pooled(clip_of("a", 40, 1), clip_of("b", 100, 2, turn=turn, shift=shift))

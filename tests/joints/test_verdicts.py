@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from mocap_skel.joints.joint_fit import JointFit, from_anatomy, unfitted
 from mocap_skel.joints.priors import Expected
 from mocap_skel.joints.samples import Frame
-from mocap_skel.joints.verdicts import SAFE_ERROR, by_movement, by_numbers
+from mocap_skel.joints.verdicts import SAFE_ERROR, by_error, by_movement, by_numbers, wide_enough
 
 
 class TestVerdict:
@@ -183,3 +183,13 @@ def test_a_joint_of_anatomy_is_not_shown_and_says_why():
     assert (found.landmarks, found.source) == (("LKNE",), "Gordon 1989")
     assert found.worst_error == pytest.approx(0.02)
     assert np.isnan(found.motion).all() and np.isnan(found.radius).tolist() == [True, True]
+
+
+def test_a_yes_has_a_standard_error_that_deserves_it():
+    assert by_error(SAFE_ERROR).shown == "yes"
+    assert by_error(1.001 * SAFE_ERROR) == (
+        "weak",
+        "standard error 1.0 cm in one direction with skin",
+    )
+    assert wide_enough(0.0301, 0.01) and not wide_enough(0.0299, 0.01)
+    assert not wide_enough(0.0029, 0.0)

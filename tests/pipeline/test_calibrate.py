@@ -135,8 +135,9 @@ class TestEvidence:
             merged(moved(a, turn, shift), moved(b, turn, shift)), moved(merged(a, b), turn, shift)
         )
 
-    def test_halves_of_one_clip_give_the_centre_of_the_whole(self):
-        """The same frames, cut in two: only the noise's own 1/N differs."""
+    def test_halves_of_one_clip_give_the_centre_of_the_whole(self, monkeypatch):
+        """The same frames, cut in two and counted alike: only the noise's own 1/N differs."""
+        monkeypatch.setattr("mocap_skel.joints.centre.by_skin", lambda clips, _: [1.0] * len(clips))
         from mocap_skel.joints.samples import Frame
         from mocap_skel.segments.shape import find_shape
 
@@ -256,7 +257,9 @@ class TestPooling:
         for joint in told:
             theirs = other.joints[joint.joint].evidence
             own = joint.evidence
-            assert joint.effective == pytest.approx(own.effective.sum() + theirs.effective.sum())
+            # A clip that hardly moves the joint counts less: what it has of skin is all that it shows.
+            known = sorted((own.effective.sum(), theirs.effective.sum()))
+            assert known[0] < joint.effective <= sum(known) * (1 + 1e-9)
             assert joint.samples == own.count.sum() + theirs.count.sum()
 
     def test_fewer_markers_are_aligned_by_what_is_left(self):

@@ -25,8 +25,8 @@ from mocap_skel.report.headline import findings
 from mocap_skel.report.html import page
 from mocap_skel.report.looks import LOOKS, style_of_verdicts
 from mocap_skel.report.moving import moving
-from mocap_skel.report.scene import MISSING, MOST_STEPS, STEP, pack, step_of, steps_of, unpack
-from mocap_skel.results.tables import joint_rows
+from mocap_skel.report.scene import AXIS, MISSING, MOST_STEPS, STEP, pack, step_of, steps_of, unpack
+from mocap_skel.results.tables import axis_ends, joint_rows
 from mocap_skel.results.verdict import in_short, verdict
 
 NASTY = '</script><img src=x onerror=alert(1)>\u202e"&\ud800'
@@ -84,6 +84,9 @@ def test_the_numbers_on_the_page_are_the_tracks_to_half_a_step(name):
     played = moving(one.fit).fit
     tracks = [track for _, track in played.tracks()]
     markers = [one.clip.points[:, marker["column"]] for marker in about["markers"]]
+    # Behind the markers the ends of each axis on which a joint turns.
+    shown_axes = [ends for j in played.joints if (ends := axis_ends(played, j, AXIS)) is not None]
+    markers += [end for ends in shown_axes for end in ends]
     # Half a step, and the middle's own micrometre.
     np.testing.assert_allclose(lab, np.stack([*tracks, *markers]), atol=STEP / 2 + 1e-6)
     axes = rows[3 * about["points"] :].reshape(-1, 2, 3, about["frames"])

@@ -50,7 +50,7 @@ def test_stretches_that_are_left_out_have_the_files_own_frame_numbers():
 
 def test_of_a_long_clip_every_third_frame_is_shown(monkeypatch):
     clip, ben, fit = dancers()
-    points = 41 + len(dict(fit.tracks()))
+    points = 41 + len(dict(fit.tracks())) + 2 * sum(j.turns_on is not None for j in fit.joints)
     monkeypatch.setattr(scenes, "MOST_SAMPLES", clip.frames * points // 3 + 1)
     made = scene(clip, ben, fit)
     assert (made.every, made.about["every"], made.about["frames"]) == (3, 3, 234)

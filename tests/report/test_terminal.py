@@ -71,9 +71,9 @@ def test_what_is_not_there_is_a_dash_and_does_not_count_as_fitted():
     lost = unfitted("Neck", "Root", "Head", 5, "no marker on Head")
     nothing = a_knee(radius=np.empty(0), residual=np.nan, sigma=np.nan, shown="no", reason="")
     lines = joint_table(fit_of(lost, nothing), "c", wide=True).splitlines()
-    assert lines[2].split() == ["Neck", *["-"] * 11, "no", "marker", "on", "Head"]
+    assert lines[2].split() == ["Neck", *["-"] * 12, "no", "marker", "on", "Head"]
     assert lines[3].split() == [
-        "LeftKnee", "no", "MGDK", "25", "7.4", "-", "2", "400", "-", "-", "3.4", "37°",
+        "LeftKnee", "no", "MGDK", "25", "7.4", "-", "2", "400", "-", "-", "3.4", "37°", "-",
     ]  # fmt: skip
     # A joint that was not fitted is none of the "no".
     assert lines[-1] == "1 of 2 joints fitted; shown: 0 yes, 0 weak, 1 no"

@@ -62,6 +62,7 @@ def test_a_row_has_the_joints_own_values():
         "weakest_sd": 0.0342, "theta_deg": 37.2, "shown": "weak", "method": "MGDK", "reason": "little",
         "from_motion": 0.25, "prior": "LASI RASI (Harrington 2007)", "bone": None, "bone_sd": None,
         "side_difference": None, "determined": "weak",
+        "axis_x": None, "axis_y": None, "axis_z": None, "axis_se_deg": None,
     }  # fmt: skip
     assert tuple(row) == JOINT_COLUMNS
     # A place of minus nothing would be written as -0.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from recordings import fit_sample, gappy
 
-from mocap_skel.results.tables import joint_row, joint_rows, point_columns, track_kinds
+from mocap_skel.results.tables import axis_ends, joint_row, joint_rows, point_columns, track_kinds
 
 
 def with_tracks(**tracks):
@@ -104,3 +104,17 @@ class TestLongTable:
         kinds = [(name, kind) for name, kind, _ in track_kinds(gappy())]
         assert [kind for _, kind in kinds] == ["joint"] * 14 + ["origin"] + ["end"] * 5
         assert kinds[14] == ("Hips", "origin") and kinds[15] == ("Head", "end")
+
+
+def test_a_hinges_axis_stands_in_its_row_and_its_line_goes_through_the_joint():
+    fit = fit_sample("range_of_motion")
+    rows = {row["joint"]: row for row in joint_rows(fit)}
+    elbow = next(j for j in fit.joints if j.joint == "LeftElbow")
+    cells = [rows["LeftElbow"][f"axis_{name}"] for name in ("x", "y", "z", "se_deg")]
+    assert cells[:3] == pytest.approx(elbow.turns_on.direction, abs=1e-4)
+    assert 0 < cells[3] < 20
+    assert [rows["LeftHip"][f"axis_{name}"] for name in ("x", "y", "z", "se_deg")] == [None] * 4
+    first, second = axis_ends(fit, elbow, 0.1)
+    assert np.allclose(0.5 * (first + second), elbow.track, equal_nan=True)
+    long = np.linalg.norm(second - first, axis=1)
+    assert np.allclose(long[np.isfinite(long)], 0.2)

@@ -116,6 +116,22 @@ def test_movements_are_asked_for_the_worst_joints_first_and_three_at_most():
     assert said(fit)[-1] == "To know more, film: move b; move d; move c."
 
 
+def test_a_movement_that_was_made_is_not_asked_for_again():
+    """What is left of the error is skin's, which the same movement brings again."""
+    wide = {"weakest_sd": 0.04, "residual": 0.004}
+    hip, knee = (joint(name, 0.02) for name in ("Hip", "Knee"))
+    movements = {"Hip": "swing", "Knee": "bend"}
+    assert said(fit_of(replace(hip, **wide), knee, movements=movements))[-1] == (
+        "To know more, film: bend."
+    )
+    assert len(said(fit_of(replace(hip, **wide), movements=movements))) == 1
+    # A small one is, and so is one about a single axis.
+    small = replace(hip, weakest_sd=0.01, residual=0.004)
+    line = replace(hip, hinge=True, **wide)
+    for poor in (small, line):
+        assert said(fit_of(poor, movements=movements))[-1] == "To know more, film: swing."
+
+
 def test_the_same_movement_is_asked_for_once():
     fit = fit_of(joint("A", 0.1), joint("B", 0.2), movements={"A": "dance", "B": "dance"})
     assert said(fit)[-1] == "To know more, film: dance."

@@ -20,7 +20,10 @@ class C3dOptions(Tracks):
         axes: whether it has the segments' axes too.
     """
 
-    axes: bool = option(False, "also each segment's origin and the tips of its axes.")
+    axes: bool = option(
+        False,
+        "also each segment's origin and the tips of its axes, and the axes on which joints turn.",
+    )
 
 
 @register(

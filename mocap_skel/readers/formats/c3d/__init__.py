@@ -3,7 +3,7 @@
 `survey` looks at a file before any library does: `section` reads the header and the parameters, `layout`
 finds the points, `machine` and `frames` know its numbers and counts. `choice` lets ezc3d read what is sound,
 and py-c3d or numpy the rest; `damage` finds what no counter tells. `point_lists` says which points are no
-markers by the file's own lists.
+markers by the file's own lists, `person` the measures of the person.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from mocap_skel.readers.formats.c3d.choice import read_contents
 from mocap_skel.readers.formats.c3d.contents import texts
+from mocap_skel.readers.formats.c3d.person import person
 from mocap_skel.readers.formats.c3d.point_lists import added_points, computed_points
 from mocap_skel.readers.formats.c3d.section import is_c3d
 from mocap_skel.readers.raw import RawClip
@@ -36,6 +37,7 @@ def read(path: Path, salvage: bool = False) -> RawClip:
     found = read_contents(path, salvage)
     point = found.parameters["POINT"]
     points = found.points
+    measures, said = person(found.parameters)
     # Whatever place a library gives to a sample that its residual marks as missing.
     points[found.invalid] = np.nan
     return RawClip(
@@ -50,5 +52,6 @@ def read(path: Path, salvage: bool = False) -> RawClip:
         earlier=added_points(point),
         rescale=found.rescale,
         scale_names=found.scale_names,
-        notes=found.notes,
+        measures=measures,
+        notes=(*found.notes, *said),
     )

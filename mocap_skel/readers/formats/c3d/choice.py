@@ -41,9 +41,11 @@ def read_contents(path: Path, salvage: bool) -> Contents:
     reasons = (*_cut_off(found, salvage), *mips, *found.doubts, *found.contradictions)
     raw = _without_ezc3d(path, "; ".join(reasons)) if reasons else _with_ezc3d(path, found)
     raw = checked(raw, found, salvage)
+    person = {"PROCESSING": found.section.groups.get("PROCESSING", {})}
     raw = replace(
         raw,
         notes=(*raw.notes, *found.remarks()),
+        parameters={**raw.parameters, **person},
         rescale=found.rescale,
         scale_names=found.scale_names,
     )

@@ -22,7 +22,7 @@ class Contents:
         rate: frames a second as the file has it, 0 where it has none.
         first_frame: the file's own number of the first frame.
         length: frames that the file holds; more than there are in `points` if the library came back short.
-        parameters: the POINT and TRIAL groups.
+        parameters: the groups POINT and TRIAL, and PROCESSING where all readers are done.
         reader: what read it.
         rescale, scale_names: as `RawClip` has them.
         notes: what was decided while reading, one sentence each.
