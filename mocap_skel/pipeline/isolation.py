@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from mocap_skel.pipeline.limits import GIGABYTE, limit, starved, too_much, used_memory
+from mocap_skel.pipeline.limits import GIGABYTE, limit, restore, starved, too_much, used_memory
 
 __all__ = ["GIGABYTE", "TaskError", "Worker"]
 
@@ -134,13 +134,16 @@ def _serve(pipe: Connection) -> None:
     silence = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(silence, stream)
+    before = None
     while True:
         try:
             function, arguments, memory = pipe.recv()
         except (EOFError, OSError):
             return
         try:
-            limit(memory)
+            # The last task's limit is not the user's.
+            restore(before)
+            before = limit(memory)
             answer = True, function(*arguments)
         except Exception as error:
             answer = False, _told(error, memory)

@@ -47,12 +47,12 @@ def limited(path: Path) -> Iterator[None]:
         yield
     except Exception as error:
         # Room first: there may be none left for the message.
-        _restore(before)
+        restore(before)
         if starved(error):
             raise ClipError(f"{path}: {too_much(memory)}") from None
         raise
     finally:
-        _restore(before)
+        restore(before)
 
 
 def starved(error: BaseException) -> bool:
@@ -100,7 +100,12 @@ def limit(memory: int) -> tuple[int, int] | None:
     return before
 
 
-def _restore(before: tuple[int, int] | None) -> None:
+def restore(before: tuple[int, int] | None) -> None:
+    """Take a limit back.
+
+    Args:
+        before: what `limit` gave.
+    """
     if before is None or sys.platform == "win32":
         return
     import resource
