@@ -49,8 +49,8 @@ def measures_of(said: Iterable[str]) -> dict[str, float]:
     Raises:
         CallError: no such measure, no length with its unit, or one that no person has.
 
-    >>> measures_of(["knee_width=10.2cm", "right_knee_width=104mm"])
-    {'left_knee_width': 0.102, 'right_knee_width': 0.104}
+    >>> measures_of(["knee_width=10.2cm", "right_knee_width=105mm"])
+    {'left_knee_width': 0.102, 'right_knee_width': 0.105}
     """
     found: dict[str, float] = {}
     for text in said:

@@ -172,7 +172,7 @@ def test_the_table_of_places_to_change_is_true():
     """Its files are there, and the names are in them."""
     found = list(places_to_change())
     for what, path, name in found:
-        file = ROOT / (path if path.startswith("web/") else f"mocap_skel/{path}")
+        file = ROOT / (path if path.startswith(("web/", "benchmarks/")) else f"mocap_skel/{path}")
         assert file.exists(), (what, path)
         if name:
             assert re.search(rf"\b{name}\b", file.read_text()), (what, path, name)

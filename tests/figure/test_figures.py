@@ -102,7 +102,7 @@ def fitted(tmp_path_factory):
             )  # fmt: skip
             assert ran.returncode == 0, ran.stderr
             lines = map(json.loads, ran.stdout.splitlines())
-            rows = {row["joint"]: row for row in lines if "table" not in row}
+            rows = {row["joint"]: row for row in lines if row["table"] == "joints"}
             done[name] = folder, rows
         return done[name]
 

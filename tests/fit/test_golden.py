@@ -36,7 +36,8 @@ LENGTHS = (
     "bone",
     "bone_sd",
 )
-SHARES = ("effective_samples", "theta_deg", "from_motion", "side_difference")
+SHARES = ("effective_samples", "theta_deg", "from_motion", "side_difference",
+          "axis_x", "axis_y", "axis_z", "axis_se_deg")  # fmt: skip
 # Clips and their subjects, as the files are named.
 NAMES = ("range_of_motion", "two_dancers.Anna", "two_dancers.Ben", "nearly_still", "gaps")
 
