@@ -181,24 +181,35 @@ def _angles(
         rotation = MIRROR @ rotation @ MIRROR
         # A turn is no arrow: its mirror image turns the other way.
         turns, parent = ({s: -MIRROR @ g for s, g in some.items()} for some in (turns, parent))
-    angles = angles_of(rotation, rule.sequence)
-    rates = angles_by_turn(rotation, angles, rule.sequence)
+    sequence = _sequence(rule, child)
+    angles = angles_of(rotation, sequence)
+    rates = angles_by_turn(rotation, angles, sequence)
     table = angle_table()
 
     def covariance(source: Source) -> Array:
         return survey.covariance(source, table.landmark_sd)
 
-    errors = standard_errors(rotation, rates, parent, turns, covariance)
-    degrees = np.degrees(unwrapped(angles)) * rule.signs
-    errors = np.degrees(errors)
+    errors = np.degrees(standard_errors(rotation, rates, parent, turns, covariance))
+    lock = locked(angles, sequence)
+    degrees = np.degrees(unwrapped(angles))
     if child.unseen:
-        hidden = "XYZ".index(child.way.axis.upper())
-        column = rule.sequence.rindex("XYZ"[hidden])
-        degrees[:, column] = errors[:, column] = np.nan
+        degrees[:, 2] = np.nan
     if rule.parent and axes[rule.parent].unseen:
-        degrees[:], errors[:] = np.nan, np.nan
+        degrees[:] = np.nan
+    if sequence != rule.sequence:
+        order = [sequence.index(axis) for axis in rule.sequence]
+        degrees, errors = degrees[:, order], errors[:, order]
+    degrees = degrees * rule.signs
     errors[~np.isfinite(degrees)] = np.nan
-    return JointAngles(rule, degrees, errors, locked(angles, rule.sequence))
+    return JointAngles(rule, degrees, errors, lock)
+
+
+def _sequence(rule: AngleRule, child: AnatomicalAxes) -> str:
+    """The sequence, with the turn that nothing shows as the last one, so that it leaves the others alone."""
+    axis = child.way.axis.upper()
+    if not child.unseen or rule.sequence.endswith(axis):
+        return rule.sequence
+    return rule.sequence.replace(axis, "") + axis
 
 
 def _between(
