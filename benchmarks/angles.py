@@ -28,9 +28,7 @@ from mocap_skel.pipeline.job import Job, fit_file
 from mocap_skel.readers.units import metres_in
 from mocap_skel.skeleton_fit import SkeletonFit
 
-CLIPS = Path(
-    os.environ.get("MOCAP_SKEL_CLIPS", Path(__file__).parents[2] / "shared" / "clips")
-)
+CLIPS = Path(os.environ.get("MOCAP_SKEL_CLIPS", Path(__file__).parents[2] / "shared" / "clips"))
 # Plug-in Gait's point, ours, and the sign of each component by which it becomes ours; 0 = another definition.
 # Its ankle has abduction third and inward rotation second, so only the first is the same.
 PAIRS = tuple(
@@ -66,7 +64,9 @@ class Line:
         )
 
 
-HEAD = "clip           angle                  frames      r    rms  offset   s.e.   range   (degrees)"
+HEAD = (
+    "clip           angle                  frames      r    rms  offset   s.e.   range   (degrees)"
+)
 
 
 def lines_of(path: Path) -> Iterator[Line]:

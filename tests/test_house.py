@@ -17,7 +17,7 @@ PLAN = (
     ("report",),
     ("export",),
     ("results",),
-    ("rig",),
+    ("angles", "rig"),
     ("fit",),
     ("labels",),
     ("skeleton_fit",),

@@ -97,4 +97,4 @@ def angles_by_turn(rotation: Array, angles: Array, sequence: str) -> Array:
     rows = [np.cross(middle, last), np.cross(last, first), np.cross(first, middle)]
     volume = (rows[0] * first).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.stack(rows, axis=1) / volume[:, None, None]
+        return np.asarray(np.stack(rows, axis=1) / volume[:, None, None])

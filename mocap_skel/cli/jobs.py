@@ -38,6 +38,7 @@ class Told(Looked):
     prior: NotRequired[str]
     trust: NotRequired[bool]
     calibration: NotRequired[Path | None]
+    static: NotRequired[Path | None]
 
 
 def looked_at(path: Path, told: Looked) -> tuple[Clip, Association | None]:
@@ -85,13 +86,13 @@ def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
         subject=told["subject"], sigma=told["sigma"], pose=told["pose"], method=told["method"],
         noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"],
         salvage=told["salvage"], mirror=told["mirror"], trust=told.get("trust", False),
-        inputs=_inputs(told, clips), **more,
+        static=told.get("static"), inputs=_inputs(told, clips), **more,
     )  # fmt: skip
 
 
 def _inputs(told: Told, clips: Iterable[Path]) -> frozenset[Path]:
     """The files that the call reads; a bare name of a shipped one is no file here, and does no harm."""
-    named = (told["association"], told["skeleton"], told.get("calibration"))
+    named = (told["association"], told["skeleton"], told.get("calibration"), told.get("static"))
     return frozenset([*clips, *(Path(name) for name in named if name)])
 
 

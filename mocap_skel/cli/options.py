@@ -202,6 +202,11 @@ trust = click.option(
     "--trust-labels", "trust", is_flag=True,
     help="Fit the markers as they are named, though some look exchanged or the body mirrored.",
 )  # fmt: skip
+static = click.option(
+    "--static", metavar="CLIP.c3d", type=click.Path(path_type=Path),
+    help="A clip of the same markers in which the actor stands still: its mean pose is neutral, so joint angles are 0 "
+    "there; and markers that only it has give anatomical axes.",
+)  # fmt: skip
 quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")
 
 

@@ -119,17 +119,20 @@ def angle_table() -> AngleTable:
     """
     read = tomllib.loads(PATH.read_text(encoding="utf-8"))
     frames = (
-        FrameRule(entry["segment"], tuple(map(_way(left), entry["way"])), entry["source"])
+        FrameRule(entry["segment"], tuple(_way(way, left) for way in entry["way"]), entry["source"])
         for entry, left in _both_sides(read["frame"])
     )
-    angles = (
-        AngleRule(
-            entry["name"], entry["parent"], entry["child"], entry["sequence"], tuple(entry["parts"]),
-            tuple(map(float, entry["signs"])), entry["source"], left,
-        )
-        for entry, left in _both_sides(read["angle"])
+    angles = tuple(_angles(entry, left) for entry, left in _both_sides(read["angle"]))
+    return AngleTable({rule.segment: rule for rule in frames}, angles, read["landmark_sd"])
+
+
+def _angles(entry: dict[str, Any], left: bool) -> AngleRule:
+    a, b, c = entry["parts"]
+    p, q, r = entry["signs"]
+    return AngleRule(
+        entry["name"], entry["parent"], entry["child"], entry["sequence"], (a, b, c),
+        (float(p), float(q), float(r)), entry["source"], left,
     )  # fmt: skip
-    return AngleTable({rule.segment: rule for rule in frames}, tuple(angles), read["landmark_sd"])
 
 
 def _both_sides(entries: Iterable[dict[str, Any]]) -> Iterator[tuple[dict[str, Any], bool]]:
@@ -153,22 +156,19 @@ def _sided(value: Any, side: str) -> Any:
     return value
 
 
-def _way(left: bool) -> Any:
-    def made(entry: dict[str, Any]) -> Way:
-        along, beside = entry["along"], entry["beside"]
-        return Way(
-            axis=along["axis"],
-            along=_line(along, left),
-            other=beside["axis"],
-            beside=_line(beside, left) if "from" in beside else None,
-            hinge=beside.get("hinge", ""),
-            bend=tuple(beside.get("bend", ())),
-            sign=float(beside.get("sign", 1)),
-            unseen=entry.get("unseen", False),
-            says=entry.get("says", ""),
-        )
-
-    return made
+def _way(entry: dict[str, Any], left: bool) -> Way:
+    along, beside = entry["along"], entry["beside"]
+    return Way(
+        axis=along["axis"],
+        along=_line(along, left),
+        other=beside["axis"],
+        beside=_line(beside, left) if "from" in beside else None,
+        hinge=beside.get("hinge", ""),
+        bend=tuple(beside.get("bend", ())),
+        sign=float(beside.get("sign", 1)),
+        unseen=entry.get("unseen", False),
+        says=entry.get("says", ""),
+    )
 
 
 def _line(entry: dict[str, Any], left: bool) -> Line:

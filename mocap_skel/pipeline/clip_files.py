@@ -12,7 +12,7 @@ from mocap_skel.errors import CallError, ClipError, ExportError, MocapSkelError
 from mocap_skel.export.files import write_all
 from mocap_skel.export.registry import Source
 from mocap_skel.export.result_files import stem_of
-from mocap_skel.pipeline.job import Job, fit_file, named
+from mocap_skel.pipeline.job import Job, fit_file, named, static_fits, static_of
 from mocap_skel.skeleton_fit import SkeletonFit
 
 if TYPE_CHECKING:
@@ -131,6 +131,7 @@ def render(path: Path, job: Job) -> Done:
     """
     folder = job.folder or Path()
     found = fit_file(path, job)
+    statics = static_fits(job)
     notes = list(found.notes)
     files: dict[Path, str | bytes] = {}
     failed: list[MocapSkelError] = [*found.failed]
@@ -138,7 +139,10 @@ def render(path: Path, job: Job) -> Done:
     for assignment, fit in found.subjects:
         stem = stem_of(path, found.clip, fit)
         decided = (*found.decided, *assignment.mismatches(found.association))
-        source = Source(found.clip, path, assignment, decided, job.command)
+        static = static_of(statics, fit)
+        if statics and static is None:
+            notes.append(named(fit.subject, f"{job.static} has no such subject: no neutral pose"))
+        source = Source(found.clip, path, assignment, decided, job.command, static)
         rigid: dict[Quality, list[str]] = {}
         for chosen in job.formats:
             try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -39,6 +40,7 @@ class Job:
         salvage: read what there is of a clip whose file is cut off.
         mirror: the axis to negate when a clip is read, None for none.
         trust: fit the markers as they are named, though some look exchanged.
+        static: a clip whose mean pose is neutral for angles.
         command: the call, as the page shows it.
     """
 
@@ -59,6 +61,7 @@ class Job:
     salvage: bool = False
     mirror: str | None = None
     trust: bool = False
+    static: Path | None = None
     command: str = ""
 
     @property
@@ -117,6 +120,24 @@ def fit_file(path: Path, job: Job) -> Fitted:
     subjects, failed = _fits(clip, job, notes)
     said = tuple(dict.fromkeys(notes))
     return Fitted(clip, job.known, tuple(subjects), decided, said, tuple(failed))
+
+
+def static_fits(job: Job) -> dict[str, SkeletonFit]:
+    """The fits of the job's static clip by subject; none without one.
+
+    Raises:
+        MocapSkelError: the clip cannot be read, or none of its subjects be fitted.
+    """
+    if job.static is None:
+        return {}
+    return {fit.subject: fit for _, fit in fit_file(job.static, job).subjects}
+
+
+def static_of(fits: Mapping[str, SkeletonFit], fit: SkeletonFit) -> SkeletonFit | None:
+    """The static fit of a subject: by its name, or the only one there is."""
+    if fit.subject in fits:
+        return fits[fit.subject]
+    return next(iter(fits.values())) if len(fits) == 1 else None
 
 
 def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.joints.joint_fit import JointFit
+from mocap_skel.results.angle_tables import angle_errors
 from mocap_skel.results.series import bones, by_sides
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
@@ -62,7 +63,8 @@ def point_columns(fit: SkeletonFit) -> dict[str, NDArray[Any]]:
 JOINT_COLUMNS = (
     "joint", "parent", "child", "x", "y", "z", "se_x", "se_y", "se_z", "markers", "samples",
     "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "shown", "method",
-    "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference", "determined",
+    "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference", "angles",
+    "angles_se_deg", "determined",
 )  # fmt: skip
 
 
@@ -72,7 +74,8 @@ def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
     Returns:
         `JOINT_COLUMNS` → value. Lengths are metres, the angle is in degrees; None = there is no value. `bone` is the
         median distance from the parent segment's own joint, `bone_sd` its standard deviation over the clip, and
-        `side_difference` how much longer it is than on the other side, as a share of the mean of both.
+        `side_difference` how much longer it is than on the other side, as a share of the mean of both. `angles` are the
+        names of the joint's angles, and `angles_se_deg` how far the errors of joint centres and landmarks turn them.
     """
     lengths = {bone.end: bone for bone in bones(fit)} if fit.joints else {}
     medians = [lengths[j.joint].median if j.joint in lengths else np.nan for j in fit.joints]
@@ -82,21 +85,24 @@ def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
         if len(places) == 2:
             here, there = (medians[i] for i in places)
             difference[places] = np.array([here - there, there - here]) / (0.5 * (here + there))
+    errors = angle_errors(fit) if fit.joints else {}
     rows = []
     for joint, median, other in zip(fit.joints, medians, difference, strict=True):
         length = lengths[joint.joint].length if joint.joint in lengths else np.empty(0)
         seen = length[np.isfinite(length)]
         spread = float(seen.std()) if len(seen) else np.nan
-        rows.append(_joint_row(joint, (median, spread, other)))
+        rows.append(_joint_row(joint, (median, spread, other), errors.get(joint.joint)))
     return rows
 
 
 def joint_row(joint: JointFit) -> dict[str, Any]:
-    """The row of one joint without its skeleton: `bone`, `bone_sd` and `side_difference` are None."""
-    return _joint_row(joint, (np.nan, np.nan, np.nan))
+    """The row of one joint without its skeleton: its bone's columns are None, and those of its angles empty."""
+    return _joint_row(joint, (np.nan, np.nan, np.nan), None)
 
 
-def _joint_row(joint: JointFit, bone: tuple[float, float, float]) -> dict[str, Any]:
+def _joint_row(
+    joint: JointFit, bone: tuple[float, float, float], errors: Mapping[str, float] | None
+) -> dict[str, Any]:
     prior = " ".join(joint.landmarks) + (f" ({joint.source})" if joint.source else "")
     x, y, z = map(_number, joint.centre)
     se_x, se_y, se_z = map(_number, joint.standard_error)
@@ -105,7 +111,8 @@ def _joint_row(joint: JointFit, bone: tuple[float, float, float]) -> dict[str, A
         joint.samples, _number(joint.effective, 1), [_number(r) for r in joint.radius],
         _number(joint.residual), _number(joint.sigma), _number(joint.weakest_sd),
         _number(np.degrees(joint.angle), 2), joint.shown, joint.method, joint.reason,
-        _number(joint.share, 3), prior, *(_number(value) for value in bone), joint.shown,
+        _number(joint.share, 3), prior, *(_number(value) for value in bone),
+        list(errors or ()), [_number(value, 2) for value in (errors or {}).values()], joint.shown,
     )  # fmt: skip
     return dict(zip(JOINT_COLUMNS, values, strict=True))
 
