@@ -1,4 +1,4 @@
-"""The neutral pose that another clip shows: its segments in the coordinates of the clip at hand."""
+"""The neutral pose that another clip shows: its markers, with the segments and joints of the clip at hand."""
 
 from __future__ import annotations
 
@@ -7,80 +7,99 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mocap_skel.segments.cases import filled
 from mocap_skel.segments.pose import Array, Pose, least_squares_pose, nearest_rotation
 from mocap_skel.skeleton_fit import SegmentFit, SkeletonFit
 
-# Metres, root mean square of a segment's places between two clips, from which its markers were put on anew.
+# Metres, root mean square of a segment's markers about their places, from which they were put on anew between the clips:
+# skin moves them by less from a standing person to a walking one (Leardini 2005, Gait Posture 21, 212).
 MOVED = 0.015
 
 
 @dataclass(frozen=True, eq=False)
 class Static:
-    """A static clip as seen from another one.
+    """A static clip as seen from another one of the same markers.
 
     Attributes:
         turns: segment → (frames, 3, 3) in the static clip, of the axes that the segment has in the other clip.
-        templates: segment → marker → place (3,) in those axes, of markers that only the static clip has.
+        landmarks: segment → marker → place (3,) in those axes, of markers that only the static clip has.
         doubtful: segments whose markers lie otherwise than in the other clip.
     """
 
     turns: Mapping[str, Array]
-    templates: Mapping[str, Mapping[str, Array]]
+    landmarks: Mapping[str, Mapping[str, Array]]
     doubtful: tuple[str, ...]
 
 
 def seen_from(fit: SkeletonFit, static: SkeletonFit) -> Static:
-    """The poses of a static clip in the segment coordinates of another clip of the same markers.
+    """Lay the segments of a fit onto the markers of a static clip.
 
-    A segment's coordinates come from its markers' shape, so they differ from clip to clip. The places that a
-    segment has in both clips, its markers and its joint, are laid onto each other. A segment without three of them
-    off a line is left out.
+    Of the static clip only the markers count: one in which nobody moves shows no joint. A segment with fewer than three
+    markers is held by its joint as well. A segment that has not enough is left out, and so is one without common markers.
     """
-    turns, templates, doubtful = {}, {}, []
-    for name, there in static.segments.items():
-        here = fit.segments.get(name)
-        between = None if here is None else _between(here, there)
-        if between is None:
+    poses: dict[str, Pose] = {}
+    landmarks: dict[str, dict[str, Array]] = {}
+    doubtful = []
+    centres = {joint.child: joint for joint in fit.joints}
+    for name, here in fit.segments.items():
+        there = static.segments.get(name)
+        if there is None or there.points is None:
             continue
-        placed, off = between
-        turns[name] = there.pose.rotation @ placed.rotation[0].T
-        own = here.template if here else {}
-        templates[name] = {
-            marker: placed.to_lab(place)[0]
-            for marker, place in there.template.items()
-            if marker not in own
+        joint = centres.get(name)
+        above = None if joint is None else poses.get(joint.parent)
+        track = None if joint is None or above is None else above.to_lab(joint.centre)
+        pose, off = _laid(here, there, there.points, track)
+        if not pose.known.any():
+            continue
+        poses[name] = pose
+        inside = pose.to_segment(there.points)
+        landmarks[name] = {
+            marker: _mean(inside[:, m])
+            for m, marker in enumerate(there.template)
+            if marker not in here.template
         }
         if off > MOVED:
             doubtful.append(name)
-    return Static(turns, templates, tuple(doubtful))
+    return Static({name: pose.rotation for name, pose in poses.items()}, landmarks, tuple(doubtful))
 
 
-def _between(here: SegmentFit, there: SegmentFit) -> tuple[Pose, float] | None:
-    """The pose of the second's coordinates in the first's, and how far places are off it, metres."""
-    ours, theirs = _places(here), _places(there)
-    names = [name for name in theirs if name in ours]
-    if len(names) < 3:
-        return None
-    points = np.array([ours[name] for name in names])
-    template = np.array([theirs[name] for name in names])
-    placed = least_squares_pose(points[None], template, np.ones(len(names)))
-    if not placed.known[0]:
-        return None
-    off = np.array([placed.to_lab(place)[0] for place in template]) - points
-    return placed, float(np.sqrt((off**2).sum(axis=1).mean()))
+def _laid(
+    here: SegmentFit, there: SegmentFit, points: Array, track: Array | None
+) -> tuple[Pose, float]:
+    """The pose of a segment by its markers in another clip, and how far they are from their places, metres."""
+    common = [marker for marker in there.template if marker in here.template]
+    columns = [list(there.template).index(marker) for marker in common]
+    template = np.array([here.template[marker] for marker in common]).reshape(-1, 3)
+    points = points[:, columns]
+    pose = _pose(points, template)
+    if track is not None and here.joint is not None:
+        more = np.concatenate([points, track[:, None]], axis=1)
+        pose = filled(pose, _pose(more, np.vstack([template, here.joint])))
+    away = pose.to_segment(points) - template
+    square = (away**2).sum(axis=2)
+    seen = np.isfinite(square)
+    return pose, float(np.sqrt(square[seen].mean())) if seen.any() else 0.0
 
 
-def _places(segment: SegmentFit) -> dict[str, Array]:
-    joint = {} if segment.joint is None else {"": segment.joint}
-    return {**segment.template, **joint}
+def _pose(points: Array, template: Array) -> Pose:
+    if len(template) < 3:
+        return Pose(np.full((len(points), 3, 3), np.nan), np.full((len(points), 3), np.nan))
+    return least_squares_pose(points, template, np.ones(len(template)))
+
+
+def _mean(track: Array) -> Array:
+    """The mean (3,) of a track (frames, 3) over the frames that have it; NaN without any."""
+    known = np.isfinite(track).all(axis=1)
+    return np.asarray(track[known].mean(axis=0)) if known.any() else np.full(3, np.nan)
 
 
 def with_landmarks(fit: SkeletonFit, static: Static) -> SkeletonFit:
     """The fit with markers that only the static clip has, such as those on the inner sides of the joints."""
-    segments = {
-        name: replace(segment, template={**static.templates.get(name, {}), **segment.template})
-        for name, segment in fit.segments.items()
-    }
+    segments = {}
+    for name, segment in fit.segments.items():
+        more = static.landmarks.get(name, {})
+        known = {marker: place for marker, place in more.items() if np.isfinite(place).all()}
+        segments[name] = replace(segment, template={**known, **segment.template})
     return replace(fit, segments=segments)
 
 

@@ -61,7 +61,7 @@ def test_a_row_has_the_joints_own_values():
         "effective_samples": 12.3, "radius": [0.2, None], "residual": 0.0021, "sigma": 0.0013,
         "weakest_sd": 0.0342, "theta_deg": 37.2, "shown": "weak", "method": "MGDK", "reason": "little",
         "from_motion": 0.25, "prior": "LASI RASI (Harrington 2007)", "bone": None, "bone_sd": None,
-        "side_difference": None, "determined": "weak",
+        "side_difference": None, "angles": [], "angles_se_deg": [], "determined": "weak",
     }  # fmt: skip
     assert tuple(row) == JOINT_COLUMNS
     # A place of minus nothing would be written as -0.
@@ -71,7 +71,7 @@ def test_a_row_has_the_joints_own_values():
 def test_what_an_unfitted_joint_has_no_value_for_is_none():
     row = joint_row(unfitted("Neck", "Chest", "Head", 5, "no marker on Head"))
     there = {"joint", "parent", "child", "markers", "samples", "effective_samples", "radius", "shown",
-             "method", "reason", "prior", "determined"}  # fmt: skip
+             "method", "reason", "prior", "angles", "angles_se_deg", "determined"}  # fmt: skip
     assert {name for name, value in row.items() if value is not None} == there
     assert (row["shown"], row["samples"], row["prior"]) == ("no", 0, "")
 
