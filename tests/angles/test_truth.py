@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from anatomy import JOINTS, MARKERS, association_of, filmed
 from recordings import fit_recording
+from scipy.spatial.transform import Rotation
 
 from mocap_skel import joint_angles
 from mocap_skel.artificial import Faults
@@ -93,26 +94,34 @@ def test_landmarks_of_a_static_clip_give_the_axes_of_one_that_lacks_them(associa
     assert not any("outward is from the joint's centre" in note for note in angles.notes)
 
 
-def test_the_pose_of_a_static_clip_is_neutral(association):
-    frames = 1200
-    bent = {"RightKnee": (12, 0, 0), "LeftHip": (-9, 0, 0), "Hips": (30, 4, 7)}
-    zero = np.zeros((frames, 3))
-    swing = 40 * np.sin(np.linspace(0, 30, frames)) + 45
-    moved = {"RightKnee": np.stack([swing, zero[:, 0], zero[:, 0]], axis=1)}
-    recording, truth = filmed(joints=moved)
-    fit = fit_recording(recording, association)
-    plain, angles = joint_angles(fit), joint_angles(fit, standing(association, bent))
-    knee = angles["RightKnee"].degrees
-    np.testing.assert_allclose(knee[:, 0], truth["RightKnee"][:, 0] - 12, atol=0.1)
-    np.testing.assert_allclose(knee[:, 1:], 0, atol=0.1)
-    # A pelvis keeps its heading in the lab: that of the static clip is nobody's zero.
-    heading = anatomy.in_turn("YXZ", truth["Hips"], (1, -1, -1))
-    level = anatomy.in_turn("YXZ", np.array([[0.0, 4.0, 7.0]]), (1, -1, -1))
-    turned = heading @ level.transpose(0, 2, 1)
-    forward = np.degrees(np.arcsin(np.clip(turned[:, 2, 0], -1, 1)))
-    found = angles["Hips"].degrees
-    np.testing.assert_allclose(-forward, found[:, 2], atol=0.1)
-    assert not np.allclose(plain["Hips"].degrees[:, 2], found[:, 2], atol=3)
+NEUTRAL = {"RightKnee": (12, 1, 0), "LeftHip": (-9, 4, 3), "RightElbow": (20, 2, 30)}
+
+
+@pytest.mark.parametrize("name", NEUTRAL)
+def test_the_pose_of_a_static_clip_is_neutral(association, name):
+    angles = joint_angles(fit_recording(clean()[0], association), standing(association, NEUTRAL))
+    _, sequence, signs = JOINTS[name]
+    moved = anatomy.in_turn(sequence, clean()[1][name], signs)
+    rest = anatomy.in_turn(sequence, np.array([NEUTRAL[name]], dtype=float), signs)
+    # From the generator's axes to forward, up, right; then by a reader of its own.
+    basis = np.stack([anatomy.FORWARD, anatomy.UP, anatomy.RIGHT], axis=1)
+    between = Rotation.from_matrix(basis.T @ moved @ rest.transpose(0, 2, 1) @ basis)
+    want = between.as_euler(sequence, degrees=True) * signs
+    np.testing.assert_allclose(angles[name].degrees, want, atol=0.05)
+
+
+def test_a_segment_in_the_lab_keeps_its_heading_and_loses_its_tilt(association):
+    bent = {"Hips": (30, 4, 7)}
+    angles = joint_angles(fit_recording(clean()[0], association), standing(association, bent))
+    upright = joint_angles(fit_recording(clean()[0], association))
+    moved = anatomy.in_turn("YXZ", clean()[1]["Hips"], (1, -1, -1))
+    rest = anatomy.in_turn("YXZ", np.array([[0.0, 4.0, 7.0]]), (1, -1, -1))
+    basis = np.stack([anatomy.FORWARD, anatomy.UP, anatomy.RIGHT], axis=1)
+    between = Rotation.from_matrix(basis.T @ moved @ rest.transpose(0, 2, 1) @ basis)
+    want = between.as_euler("YXZ", degrees=True) * (1, -1, -1)
+    off = (angles["Hips"].degrees - want + 180) % 360 - 180
+    assert np.abs(off).max() < 0.05
+    assert np.abs(angles["Hips"].degrees - upright["Hips"].degrees)[:, 2].max() > 5
 
 
 def test_a_static_clip_against_itself_is_zero(association):
