@@ -49,8 +49,9 @@ class JointAngles:
     Attributes:
         rule: what they are called, and their sequence.
         degrees: (frames, 3); NaN = not known, or not seen. Without jumps by a whole turn.
-        standard_error: (frames, 3), degrees: how far the errors of centres, landmarks and axes turn them. It is
-            nearly the same in all frames: an error of the zero rather than of the movement.
+        standard_error: (frames, 3), degrees: how far the errors of centres, landmarks and axes turn them. These errors
+            are the same in all frames: they shift a line rather than shake it, and where a joint bends far, they mix the
+            bend into its other angles.
         locked: (frames,): whether the first and third angle cannot be told apart.
     """
 

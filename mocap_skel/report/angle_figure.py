@@ -21,7 +21,7 @@ _LEAST_SPAN = 20.0
 def angles_figure(actor: Actor, title: str, static: SkeletonFit | None = None) -> tuple[Any, str]:
     """Draw the three angles of every joint against time, left and right in one panel, with their standard errors.
 
-    The band is one standard error to each side. It says how well the zero is known, not how the line shakes.
+    The band is one standard error to each side. It says how far a line may be shifted, not how it shakes.
 
     Args:
         actor: the fit that is drawn.
@@ -48,7 +48,7 @@ def angles_figure(actor: Actor, title: str, static: SkeletonFit | None = None) -
     there = {joint.rule.name for joint in found.joints}
     missing = [joint.joint for joint in actor.fit.joints if joint.joint not in there]
     return drawn, caption(
-        actor, "band: ± one standard error, of the zero rather than of the movement",
+        actor, "band: ± one standard error: how far a line may be shifted as a whole, not how it shakes",
         "neutral: the static clip's mean pose" if static is not None else "",
         missing and f"no angles: {listed(missing, 14)}",
     )  # fmt: skip
@@ -71,6 +71,7 @@ def _panel(axes: Any, time: Any, joints: list[Any], part: int) -> None:
     if drawn:
         limits(axes, np.concatenate(drawn), _LEAST_SPAN, 0.0)
     else:
+        axes.set_yticks([])
         axes.text(
             0.5, 0.5, "not seen", transform=axes.transAxes, ha="center", color="0.5", fontsize=8
         )
