@@ -73,9 +73,7 @@ def best_way(ways: tuple[Way, ...], places: Places, hinges: Places) -> tuple[Way
             other = best_way(ways[n + 1 :], places, hinges)
             j = AXES.index(way.other)
             if other is not None and axes[:, j] @ other[1][:, j] < 0:
-                hinges = {**hinges, way.hinge: -hinges[way.hinge]}
-                axes = anatomical_axes(way, places, hinges)
-                assert axes is not None
+                axes = _half_turn(axes, way)
         return way, axes
     return None
 
@@ -112,10 +110,15 @@ def _turn(new: Array, name: str, way: Way, places: Places, hinges: Places, axes:
         return np.full(3, np.nan)
     # The axes may be those of the hinge's line in its other sense.
     if way.hinge and moved[:, AXES.index(way.other)] @ axes[:, AXES.index(way.other)] < 0:
-        moved = moved * np.where(np.arange(3) == AXES.index(way.axis), 1.0, -1.0)
+        moved = _half_turn(moved, way)
     between = axes.T @ moved
     skew = 0.5 * (between - between.T)
     return np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
+
+
+def _half_turn(axes: Array, way: Way) -> Array:
+    """The axes with the other sense of the one that a hinge gives: half a turn about the certain one."""
+    return np.asarray(axes * np.where(np.arange(3) == AXES.index(way.axis), 1.0, -1.0))
 
 
 def _direction(line: Line, places: Places) -> Array:

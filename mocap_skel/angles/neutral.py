@@ -11,8 +11,8 @@ from mocap_skel.segments.cases import filled
 from mocap_skel.segments.pose import Array, Pose, least_squares_pose, nearest_rotation
 from mocap_skel.skeleton_fit import SegmentFit, SkeletonFit
 
-# Metres, root mean square of a segment's markers about their places, from which they were put on anew between the clips:
-# skin moves them by less from a standing person to a walking one (Leardini 2005, Gait Posture 21, 212).
+# Metres, root mean square of a segment's markers about their places, from which they may have been put on anew. Picked by eye
+# between what skin does (a centimetre, Leardini 2005, Gait Posture 21, 212) and another place; only a note hangs on it.
 MOVED = 0.015
 
 
