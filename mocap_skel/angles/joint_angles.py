@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mocap_skel.angles.anatomical import best_way
 from mocap_skel.angles.errors import Turns, standard_errors, turns_by_source
 from mocap_skel.angles.neutral import Static, mean_rotation, seen_from, with_landmarks
-from mocap_skel.angles.places import HingeAxis, Source, Surveyed
+from mocap_skel.angles.places import HingeAxis, Place, Source, Surveyed
 from mocap_skel.angles.sequences import angles_by_turn, angles_of, locked, unwrapped
 from mocap_skel.clip import AXES
 from mocap_skel.figure.angle_table import AngleRule, FrameRule, Way, angle_table
@@ -98,7 +98,7 @@ def joint_angles(
         fit: of one subject.
         static: the fit of a static clip of the same markers: its mean pose is neutral, all angles of joints are
             0 there, and a segment's tilt and obliquity in the lab; landmarks that only it has count too.
-        hinges: joint → its axis, where the movement shows one.
+        hinges: joint → its axis, where the movement shows one; it counts where it is surer than landmarks are.
 
     Source: Wu 2002 and 2005 (ISB), Grood & Suntay 1983, Baker 2001; see `figure/angles.toml`.
 
@@ -149,16 +149,34 @@ def _axes_of(rule: FrameRule, survey: Surveyed, fit: SkeletonFit) -> AnatomicalA
     names = dict.fromkeys(name for way in rule.ways for name in way.names)
     places = survey.places(rule.segment, names)
     hinges = survey.hinges(rule.segment, [way.hinge for way in rule.ways if way.hinge])
-    found = best_way(
-        rule.ways, {n: p.at for n, p in places.items()}, {n: p.at for n, p in hinges.items()}
-    )
-    if found is None:
-        return None
-    way, axes = found
     # A leaf that stands on one marker turns as its parent does, or as chance has it.
     leaf = all(segment.parent != rule.segment for segment in fit.skeleton.segments)
-    unseen = way.unseen or (leaf and not fit.segments[rule.segment].drawn_through)
-    return AnatomicalAxes(axes, way, unseen, turns_by_source(way, places, hinges, axes))
+    lost = leaf and not fit.segments[rule.segment].drawn_through
+
+    def found_by(hinges: Mapping[str, Place]) -> AnatomicalAxes | None:
+        at = ({n: p.at for n, p in some.items()} for some in (places, hinges))
+        found = best_way(rule.ways, *at)
+        if found is None:
+            return None
+        way, axes = found
+        turns = turns_by_source(way, places, hinges, axes)
+        return AnatomicalAxes(axes, way, way.unseen or lost, turns)
+
+    best = found_by(hinges)
+    if best is None or not best.way.hinge:
+        return best
+    # The movement may show an axis worse than landmarks do.
+    other = found_by({})
+    return other if other and _error_about(other, survey) < _error_about(best, survey) else best
+
+
+def _error_about(found: AnatomicalAxes, survey: Surveyed) -> float:
+    """Variance of the turn about the axis whose direction is certain, radians²."""
+    row = AXES.index(found.way.axis)
+    sd = angle_table().landmark_sd
+    return float(
+        sum(turn[row] @ survey.covariance(s, sd) @ turn[row] for s, turn in found.turns.items())
+    )
 
 
 def _angles(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -16,17 +17,16 @@ from mocap_skel.skeleton_fit import SkeletonFit
 Source = tuple[str, str]
 
 
-@dataclass(frozen=True, eq=False)
-class HingeAxis:
-    """The axis that a joint turns about.
+class HingeAxis(Protocol):
+    """The axis that a joint turns about, in the frame of the joint's parent segment."""
 
-    Attributes:
-        direction: (3,) unit vector in the frame of the joint's parent segment; its sense does not matter.
-        covariance: (3, 3) of it.
-    """
+    @property
+    def direction(self) -> Array:
+        """(3,), a unit vector; its sense does not matter."""
 
-    direction: Array
-    covariance: Array
+    @property
+    def covariance(self) -> Array:
+        """(3, 3) of the direction."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,6 @@
 """Standard errors of angles against what wrong centres and landmarks do to them, and axes of hinges."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -9,7 +9,6 @@ from recordings import fit_recording
 
 from mocap_skel import joint_angles
 from mocap_skel.angles.joint_angles import anatomical_frames
-from mocap_skel.angles.places import HingeAxis
 from mocap_skel.artificial import Faults
 from mocap_skel.figure.angle_table import angle_table
 
@@ -72,9 +71,15 @@ def test_standard_errors_are_the_spread_of_angles_with_wrong_centres_and_landmar
     assert compared > 100
 
 
+@dataclass(frozen=True)
+class Hinge:
+    direction: np.ndarray
+    covariance: np.ndarray
+
+
 def hinge_at(direction, sd=0.01):
     direction = np.array(direction, dtype=float) / np.linalg.norm(direction)
-    return HingeAxis(direction, sd**2 * (np.eye(3) - np.outer(direction, direction)))
+    return Hinge(direction, sd**2 * (np.eye(3) - np.outer(direction, direction)))
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -87,6 +92,13 @@ def test_the_axis_of_a_hinge_goes_before_landmarks_whatever_its_sense(fit, sense
     assert found.way.hinge == "LeftKnee" and not found.way.says
     np.testing.assert_allclose(found.axes[:, 2], axis, atol=1e-9)
     np.testing.assert_allclose(found.axes[:, 1], plain.axes[:, 1], atol=1e-12)
+
+
+def test_the_axis_of_a_hinge_that_is_known_worse_than_landmarks_is_not_taken(fit):
+    axis = anatomical_frames(fit)["UpperLeftLeg"].axes[:, 2]
+    vague = anatomical_frames(fit, hinges={"LeftKnee": hinge_at(axis, 0.5)})["UpperLeftLeg"]
+    assert not vague.way.hinge
+    np.testing.assert_array_equal(vague.axes, anatomical_frames(fit)["UpperLeftLeg"].axes)
 
 
 def test_a_sharp_hinge_axis_makes_the_rotations_on_both_sides_of_the_thigh_sharper(fit):
