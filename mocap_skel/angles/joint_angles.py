@@ -63,7 +63,8 @@ class JointAngles:
     @property
     def typical_error(self) -> Array:
         """(3,) degrees: the median standard error over the clip; NaN where there is none."""
-        return np.array([np.median(e[np.isfinite(e)]) if np.isfinite(e).any() else np.nan for e in self.standard_error.T])  # fmt: skip
+        columns = [error[np.isfinite(error)] for error in self.standard_error.T]
+        return np.array([np.median(known) if len(known) else np.nan for known in columns])
 
 
 @dataclass(frozen=True, eq=False)
