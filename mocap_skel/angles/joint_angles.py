@@ -12,7 +12,7 @@ from mocap_skel.angles.anatomical import best_way
 from mocap_skel.angles.errors import Turns, standard_errors, turns_by_source
 from mocap_skel.angles.neutral import Static, mean_rotation, seen_from, with_landmarks
 from mocap_skel.angles.places import HingeAxis, Place, Source, Surveyed
-from mocap_skel.angles.sequences import angles_by_turn, angles_of, locked, unwrapped
+from mocap_skel.angles.sequences import angles_by_turn, angles_of, locked, settled, unwrapped
 from mocap_skel.clip import AXES
 from mocap_skel.figure.angle_table import AngleRule, FrameRule, Way, angle_table
 from mocap_skel.segments.pose import Array
@@ -192,7 +192,7 @@ def _angles(
     rotation = _between(rule, here, axes, fit.up)
     turns = child.turns
     parent: Turns = axes[rule.parent].turns if rule.parent else {}
-    at_rest = None if neutral is None else _at_rest(rule, neutral, axes, fit.up)
+    at_rest = None if neutral is None else _at_rest(rule, neutral, axes)
     if at_rest is not None:
         rotation = rotation @ at_rest.T
         # The child's axes are then the parent's, carried over in the neutral pose.
@@ -211,7 +211,7 @@ def _angles(
 
     errors = np.degrees(standard_errors(rotation, rates, parent, turns, covariance))
     lock = locked(angles, sequence)
-    degrees = np.degrees(unwrapped(angles))
+    degrees = np.degrees(settled(unwrapped(angles), lock, sequence))
     if child.unseen:
         degrees[:, 2] = np.nan
     if rule.parent and axes[rule.parent].unseen:
@@ -252,13 +252,11 @@ def _lab(up: str) -> Array:
     return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
-def _at_rest(
-    rule: AngleRule, neutral: Static, axes: Mapping[str, AnatomicalAxes], up: str
-) -> Array | None:
+def _at_rest(rule: AngleRule, neutral: Static, axes: Mapping[str, AnatomicalAxes]) -> Array | None:
     """(3, 3): the mean of a joint in the neutral pose; in the lab without the heading."""
     if any(name and name not in neutral.turns for name in (rule.parent, rule.child)):
         return None
-    mean = mean_rotation(_between(rule, neutral.turns, axes, up))
+    mean = mean_rotation(_between(rule, neutral.turns, axes, neutral.up))
     if mean is None or rule.parent:
         return mean
     heading = angles_of(mean[None], "YXZ")[0, 0]

@@ -24,11 +24,13 @@ class Static:
         turns: segment → (frames, 3, 3) in the static clip, of the axes that the segment has in the other clip.
         landmarks: segment → marker → place (3,) in those axes, of markers that only the static clip has.
         doubtful: segments whose markers lie otherwise than in the other clip.
+        up: the static clip's vertical axis.
     """
 
     turns: Mapping[str, Array]
     landmarks: Mapping[str, Mapping[str, Array]]
     doubtful: tuple[str, ...]
+    up: str
 
 
 def seen_from(fit: SkeletonFit, static: SkeletonFit) -> Static:
@@ -60,7 +62,8 @@ def seen_from(fit: SkeletonFit, static: SkeletonFit) -> Static:
         }
         if off > MOVED:
             doubtful.append(name)
-    return Static({name: pose.rotation for name, pose in poses.items()}, landmarks, tuple(doubtful))
+    turns = {name: pose.rotation for name, pose in poses.items()}
+    return Static(turns, landmarks, tuple(doubtful), static.up)
 
 
 def _laid(

@@ -66,6 +66,30 @@ def unwrapped(angles: Array) -> Array:
     return made
 
 
+def settled(angles: Array, lock: NDArray[np.bool_], sequence: str) -> Array:
+    """The same angles (frames, 3), where each stretch between two locks of a YXY is about zero, by whole turns.
+
+    An arm that hangs turns its first and third angle as it likes, by whole turns too, which say nothing afterwards.
+    Other sequences stay as they are: a heading counts its turns.
+
+    >>> turns = np.full((3, 3), 2 * np.pi) + [0.1, 0.0, 0.2]
+    >>> settled(turns, np.array([False, True, False]), "YXY")[[0, 2], 0].round(3)
+    array([0.1, 0.1])
+    """
+    if sequence[0] != sequence[2]:
+        return angles
+    made = angles.copy()
+    # Frames of one stretch, locked or free, have one number.
+    stretch = np.cumsum(np.diff(lock, prepend=lock[:1]))
+    for column in (0, 2):
+        for number in np.unique(stretch):
+            here = (stretch == number) & np.isfinite(made[:, column])
+            if here.any():
+                whole = np.round(np.median(made[here, column]) / (2 * np.pi))
+                made[here, column] -= 2 * np.pi * whole
+    return made
+
+
 def locked(angles: Array, sequence: str) -> NDArray[np.bool_]:
     """(frames,): whether the first and the third turn are nearly about one line."""
     middle = angles[:, 1]

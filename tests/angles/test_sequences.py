@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mocap_skel.angles.sequences import LOCK, angles_by_turn, angles_of, locked, unwrapped
+from mocap_skel.angles.sequences import LOCK, angles_by_turn, angles_of, locked, settled, unwrapped
 
 ALL = [a + b + c for a, b, c in product("XYZ", repeat=3) if a != b and b != c]
 ANGLE = st.floats(-3.1, 3.1)
@@ -69,6 +69,19 @@ def test_lock_is_within_ten_degrees_of_where_two_turns_are_one(sequence, middle)
         near, far = middle + sign * (LOCK - 0.1), middle + sign * (LOCK + 0.1)
     angles = np.radians([[0, near, 0], [0, far, 0]])
     assert locked(angles, sequence).tolist() == [True, False]
+
+
+def test_an_arm_that_hung_in_between_has_its_angles_about_zero_again():
+    plane = np.linspace(0.2, 7.0, 60)
+    angles = np.stack([plane, np.full(60, -1.0), -plane], axis=1)
+    lock = np.zeros(60, dtype=bool)
+    lock[20:40] = True
+    made = settled(angles, lock, "YXY")
+    turns = (made - angles) / (2 * np.pi)
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-12)
+    assert np.abs(np.median(made[40:, 0])) < np.pi and np.abs(np.median(made[40:, 2])) < np.pi
+    np.testing.assert_array_equal(made[:20], angles[:20])
+    np.testing.assert_array_equal(settled(angles, lock, "YXZ"), angles)
 
 
 @given(st.lists(st.floats(-0.5, 0.5), min_size=2, max_size=40))

@@ -14,6 +14,7 @@ from mocap_skel import angles_table, joint_angles, read_clip, write_fit
 from mocap_skel.artificial import Faults, write_c3d
 from mocap_skel.errors import ExportError
 from mocap_skel.figure.skeleton import read_skeleton
+from mocap_skel.results.axes import turned
 
 
 def read(text):
@@ -52,8 +53,17 @@ def test_the_rigid_figure_has_angles_where_the_free_fit_has_gaps():
 
 def test_another_axis_up_leaves_every_angle_as_it_is():
     fit = fit_sample("range_of_motion")
-    plain, turned = (rendered("angles", fit, up=up).files[".angles.csv"] for up in (None, "y"))
-    assert plain == turned
+    plain, other = (rendered("angles", fit, up=up).files[".angles.csv"] for up in (None, "y"))
+    assert plain == other
+
+
+def test_a_static_clip_with_another_axis_up_gives_the_same_zero():
+    fit, still = fit_sample("range_of_motion"), fit_sample("nearly_still")
+    plain = joint_angles(fit, still)
+    for here, there in ((fit, turned(still, "y")), (turned(fit, "x"), still)):
+        other = joint_angles(here, there)
+        for joint in plain.joints:
+            np.testing.assert_allclose(other[joint.rule.name].degrees, joint.degrees, atol=1e-6)
 
 
 def test_a_figure_without_angles_is_told_so():
