@@ -78,7 +78,7 @@ def angles_table(fit: SkeletonFit, static: SkeletonFit | None = None) -> pandas.
 
 
 def angle_errors(fit: SkeletonFit) -> dict[str, dict[str, float]]:
-    """Joint → angle → its typical standard error in degrees, NaN where there is none."""
+    """Joint → angle → its typical standard error in degrees, of the angles that have one."""
     step = max(1, len(fit.frame_numbers) // FRAMES)
     segments = {
         name: replace(s, pose=Pose(s.pose.rotation[::step], s.pose.origin[::step]))
@@ -86,6 +86,10 @@ def angle_errors(fit: SkeletonFit) -> dict[str, dict[str, float]]:
     }
     angles = joint_angles(replace(fit, segments=segments, frame_numbers=fit.frame_numbers[::step]))
     return {
-        joint.rule.name: dict(zip(joint.rule.parts, joint.typical_error.tolist(), strict=True))
+        joint.rule.name: {
+            part: error
+            for part, error in zip(joint.rule.parts, joint.typical_error.tolist(), strict=True)
+            if np.isfinite(error)
+        }
         for joint in angles.joints
     }

@@ -63,8 +63,8 @@ def point_columns(fit: SkeletonFit) -> dict[str, NDArray[Any]]:
 JOINT_COLUMNS = (
     "joint", "parent", "child", "x", "y", "z", "se_x", "se_y", "se_z", "markers", "samples",
     "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "shown", "method",
-    "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference", "angles",
-    "angles_se_deg", "determined",
+    "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference", "determined",
+    "angles", "angles_se_deg",
 )  # fmt: skip
 
 
@@ -75,7 +75,8 @@ def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
         `JOINT_COLUMNS` → value. Lengths are metres, the angle is in degrees; None = there is no value. `bone` is the
         median distance from the parent segment's own joint, `bone_sd` its standard deviation over the clip, and
         `side_difference` how much longer it is than on the other side, as a share of the mean of both. `angles` are the
-        names of the joint's angles, and `angles_se_deg` how far the errors of joint centres and landmarks turn them.
+        names of the joint's angles that are seen, and `angles_se_deg` how far the errors of joint centres and landmarks
+        turn them.
     """
     lengths = {bone.end: bone for bone in bones(fit)} if fit.joints else {}
     medians = [lengths[j.joint].median if j.joint in lengths else np.nan for j in fit.joints]
@@ -111,8 +112,8 @@ def _joint_row(
         joint.samples, _number(joint.effective, 1), [_number(r) for r in joint.radius],
         _number(joint.residual), _number(joint.sigma), _number(joint.weakest_sd),
         _number(np.degrees(joint.angle), 2), joint.shown, joint.method, joint.reason,
-        _number(joint.share, 3), prior, *(_number(value) for value in bone),
-        list(errors or ()), [_number(value, 2) for value in (errors or {}).values()], joint.shown,
+        _number(joint.share, 3), prior, *(_number(value) for value in bone), joint.shown,
+        list(errors or ()), [_number(value, 2) for value in (errors or {}).values()],
     )  # fmt: skip
     return dict(zip(JOINT_COLUMNS, values, strict=True))
 

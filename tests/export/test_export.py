@@ -82,6 +82,7 @@ class TestJointsCsv:
         "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg",
         "shown", "method", "reason",
         "from_motion", "prior", "bone", "bone_sd", "side_difference", "determined",
+        "angles", "angles_se_deg",
     )  # fmt: skip
 
     def test_one_row_a_joint_with_the_columns_of_the_format(self):
@@ -164,7 +165,7 @@ class TestPandas:
             for name, cell in zip(head[1:], row[1:], strict=True):
                 value = table.loc[row[0], name]
                 if isinstance(value, list):
-                    kind = str if name == "markers" else float
+                    kind = str if name in ("markers", "angles") else float
                     assert [kind(part) for part in cell.split()] == value
                 elif isinstance(value, str):
                     assert cell == value

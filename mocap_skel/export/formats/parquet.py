@@ -115,7 +115,7 @@ def _type(pa: Any, name: str, values: list[Any]) -> Any:
         return pa.bool_()
     if known and all(isinstance(value, int) for value in known):
         return pa.int64()
-    return pa.string() if name == "markers" else pa.float64()
+    return pa.string() if name in ("markers", "angles") else pa.float64()
 
 
 def _file(fit: SkeletonFit, table: Any) -> bytes:
