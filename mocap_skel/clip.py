@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 # What a vertical axis may be called.
 AXES = ("x", "y", "z")
+# What points up in a recording: along an axis, or against it.
+UPS = (*AXES, "-x", "-y", "-z")
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,10 +25,13 @@ class Clip:
         rate: frames a second.
         first_frame: the file's own number of the first frame.
         unit: the length unit of the file.
-        up: the file's vertical axis, "x", "y" or "z".
+        up: the vertical axis, "x", "y" or "z", or "-x" ... where that axis points down.
         left_out: labels of the points that are no markers, by the reason why.
         notes: what the reader decided about the file, one sentence each.
+        up_by: who says what is up: the "file", the "call", the "body", or "" where it is assumed.
         mirror: the axis that was negated when the file was read, since the file's body is mirrored; "" for none.
+        doubles: columns whose label is one and the same in the file, the first of them and its copies.
+        as_read: labels and subjects as the reader gave them, where subjects were found in labels later.
 
     Example:
         >>> from mocap_skel import Clip, read_clip
@@ -48,6 +53,9 @@ class Clip:
     left_out: dict[str, tuple[str, ...]]
     notes: tuple[str, ...]
     mirror: str = ""
+    up_by: str = "file"
+    doubles: tuple[tuple[int, ...], ...] = ()
+    as_read: tuple[tuple[str, ...], tuple[str, ...]] | None = None
 
     @property
     def frames(self) -> int:
@@ -83,9 +91,31 @@ def negated(clip: Clip, axis: str) -> Clip:
 
 
 def turn_between(before: str, after: str) -> NDArray[np.float64]:
-    """The rotation (3, 3) from axes with `before` up to axes with `after` up.
+    """The rotation (3, 3) from axes with `before` up (one of `UPS`) to axes with `after` up (one of `AXES`, or `before`).
+
+    The axes are renamed in a circle. Where `before` points down, they are turned by half a turn first, about
+    the axis that follows it.
 
     >>> turn_between("z", "y") @ [1.0, 2.0, 3.0]
     array([2., 3., 1.])
     """
-    return np.roll(np.eye(3), AXES.index(after) - AXES.index(before), axis=0)
+    if before == after:
+        return np.eye(3)
+    at = AXES.index(before[-1])
+    first = np.eye(3)
+    if before not in AXES:
+        first = np.diag(np.where(np.arange(3) == (at + 1) % 3, 1.0, -1.0))
+    return np.asarray(np.roll(first, AXES.index(after) - at, axis=0))
+
+
+def vertical(up: str) -> NDArray[np.float64]:
+    """(3,), the unit vector that points up, by its name, one of `UPS`.
+
+    >>> vertical("-y").tolist()
+    [0.0, -1.0, 0.0]
+    """
+    if up not in UPS:
+        raise ValueError(f"what points up is one of {UPS}, got {up!r}")
+    way = np.zeros(3)
+    way[AXES.index(up[-1])] = 1.0 if up in AXES else -1.0
+    return way

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 import traceback
+import warnings
 from importlib import import_module
 
 import click
@@ -72,6 +73,9 @@ def group(ctx: click.Context, debug: bool) -> None:
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: the one place where errors become a line and an exit code."""
     debug = "--debug" in (sys.argv[1:] if arguments is None else arguments)
+    if not debug:
+        # What a library warns of is no message for a user, who gets ours.
+        warnings.showwarning = _unseen
     try:
         code = group.main(arguments, "mocap-skel", standalone_mode=False)
         sys.stdout.flush()
@@ -90,10 +94,17 @@ def main(arguments: list[str] | None = None) -> None:
             click.echo(f"mocap-skel: error: standard output: {error.strerror}", err=True)
         _close_output()
         code = 0 if isinstance(error, BrokenPipeError) else FAILED
+    except MemoryError:
+        click.echo("mocap-skel: error: not enough memory for this call", err=True)
+        code = FAILED
     except Exception as error:  # the last door: anything else is our mistake
         complain(bug(error, debug))
         code = FAILED
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _unseen(*_: object, **__: object) -> None:
+    """Shows no warning."""
 
 
 def say(text: str | bytes, *, nl: bool = True) -> None:

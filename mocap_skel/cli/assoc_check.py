@@ -21,21 +21,24 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     """Check against CLIP whether each marker moves with the segment that MAP gives it.
 
     Finds lines that are exchanged, markers given to the wrong segment, and the frames in which a marker
-    left its segment. The table goes to standard output; its last line says what to do.
+    left its segment. Without --assoc the markers are guessed, as mocap-skel fit does. The table goes to standard output; its last line says what to do.
 
     Columns: residual mm, how far the marker's distances within its segment vary (robust standard
     deviation); out of place, share of its samples, with the first and the last such frame.
     """
-    if told["association"] is None:
-        raise options.missing_association()
     from mocap_skel.labels.association import associate
     from mocap_skel.report.check_table import check_row, check_table
     from mocap_skel.results.marker_check import check_association
 
-    read, association = looked_at(clip, told)
-    assert association is not None, "refused above"
-    for assignment in associate(read, association, told["subject"]):
-        check = check_association(read, assignment, association.skeleton)
+    read, job = looked_at(clip, told)
+    named = job.named(read)
+    if job.association is None:
+        click.echo(f"mocap-skel: {clip}: {named.notes[-1]}", err=True)
+    # A part of the body is a subject that the call need not know.
+    subject = None if len(named.associations) > 1 else told["subject"]
+    pairs = [(a, x) for a in named.associations for x in associate(named.clip, a, subject)]
+    for association, assignment in pairs:
+        check = check_association(named.clip, assignment, association.skeleton)
         if as_json:
             for one in check.markers:
                 say(json.dumps(check_row(one, str(clip)), allow_nan=False))

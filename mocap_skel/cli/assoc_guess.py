@@ -38,6 +38,8 @@ Found = tuple[list[str], list[dict[str, object]], str]
 @options.unit
 @options.rate
 @options.salvage
+@options.mirror
+@options.clip_up
 @options.as_json
 @options.quiet
 def guess(
@@ -49,6 +51,8 @@ def guess(
     unit: str | None,
     rate: float | None,
     salvage: bool,
+    mirror: str | None,
+    clip_up: str | None,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -63,9 +67,11 @@ def guess(
     from mocap_skel.export.files import check_free, write_all
     from mocap_skel.labels.association import check_subject
     from mocap_skel.labels.guess import repeated
+    from mocap_skel.labels.subjects import with_subjects
+    from mocap_skel.pipeline.limits import limited
     from mocap_skel.readers import read_clip
 
-    how = repeated(subject, unit, rate, salvage=salvage)
+    how = repeated(subject, unit, rate, salvage=salvage, mirror=mirror, clip_up=clip_up)
     if by_motion and output is None and not as_json:
         raise CallError(
             "--by-motion writes two files, a skeleton and an association: -o BASE is missing",
@@ -77,7 +83,9 @@ def guess(
         base = output.with_suffix("") if output.suffix in (".txt", ".toml") else output
         paths = [base.parent / f"{base.name}{suffix}" for suffix in (".toml", ".txt")]
     check_free(paths, overwrite, [clip])
-    read = read_clip(clip, unit=unit, rate=rate, salvage=salvage)
+    with limited(clip):
+        read = read_clip(clip, unit=unit, rate=rate, salvage=salvage, mirror=mirror, up=clip_up)
+    read = with_subjects(read)
     check_subject(read, subject)
     if by_motion:
         texts, rows, note = _by_motion(read, subject, paths)

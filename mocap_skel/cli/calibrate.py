@@ -47,13 +47,11 @@ def command(
     A trial that moves a joint on purpose shows it better than a walk does. The calibration keeps each
     clip's evidence, and mocap-skel fit --calibration actor.json takes it over for any clip of the
     same actor with the same markers. Markers that were put on again elsewhere are noticed, and their
-    segment's evidence is left out. The table shows each joint, and how much of it each clip gave.
+    segment's evidence is left out. Without --assoc the markers are guessed, as mocap-skel fit does. The table shows each joint, and how much of it each clip gave.
 
     Exit codes: 0 all done, 1 some clips could not be used, 2 wrong call or association file, 3 no
     clip could be used, 130 interrupted.
     """
-    if told["association"] is None:
-        raise options.missing_association()
     from mocap_skel.export.calibration_json import calibration_json
     from mocap_skel.export.files import check_free, write_all
     from mocap_skel.pipeline.calibrate import calibrate

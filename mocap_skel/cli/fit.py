@@ -22,7 +22,9 @@ The joint table goes to standard output. Column 'shown' tells whether the moveme
 weak or no.
 
 Without --assoc, which label is which marker is guessed from names and motion, and said; where that
-is not sure, nothing is fitted: mocap-skel assoc guess writes the file to correct.
+is not sure, nothing is fitted: mocap-skel assoc guess writes the file to correct. A few markers that
+contradict their names are left out and named; with --strict they stop the call. With
+--skeleton, the markers are guessed for that figure.
 
 Markers whose labels are certainly exchanged are left out and named; a body that is mirrored is not fitted:
 see --mirror and --trust-labels.
@@ -45,6 +47,7 @@ def _what_formats_make() -> str:
 )
 @options.clips
 @options.which
+@options.strict
 @click.option(
     "--format", "-f", "formats", multiple=True, type=click.Choice(tuple(known_formats())),
     default=(DEFAULT,), show_default=True, help="Result format; repeat it for several.",
@@ -63,6 +66,7 @@ def command(
     formats: tuple[str, ...],
     output: str,
     overwrite: bool,
+    strict: bool,
     wide: bool,
     as_json: bool,
     quiet: bool,
@@ -84,5 +88,6 @@ def command(
         formats=chosen,
         folder=None if to_stdout else Path(output),
         overwrite=overwrite,
+        strict=strict,
     )
     return each.run(clips, job, as_json=as_json, quiet=quiet, wide=wide)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
@@ -12,10 +13,10 @@ from mocap_skel.cli import options, say
 from mocap_skel.cli.jobs import Looked, looked_at
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from mocap_skel.clip import Clip
-    from mocap_skel.labels.association import Assignment, Association
+    from mocap_skel.labels.association import Assignment
 
 
 @click.command("inspect", epilog="Example: mocap-skel inspect walk.c3d --assoc cmu")
@@ -26,25 +27,41 @@ if TYPE_CHECKING:
 def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     """Show what is in CLIP: subjects, labels, unit, rate, frames, how much of each marker is missing.
 
-    With --assoc also which marker of which segment each label is, and what does not match.
+    Also which marker of which segment each label is, by --assoc or guessed as mocap-skel fit does, and
+    what does not match.
     """
-    from mocap_skel.errors import ClipError
+    from mocap_skel.errors import CallError, ClipError
     from mocap_skel.labels.association import associate, check_subject
+    from mocap_skel.labels.subjects import with_subjects
     from mocap_skel.report.terminal import clip_table
     from mocap_skel.results.inspection import marker_rows
+    from mocap_skel.results.upright import upright, upright_by_names
 
     subject = told["subject"]
-    read, association = looked_at(clip, told)
+    read, job = looked_at(clip, told)
+    read = with_subjects(read, job.association)
     check_subject(read, subject)
-    matched: tuple[Assignment, ...] = ()
+    matched: list[Assignment] = []
     mismatches: list[str] = []
-    if association is not None:
-        try:
-            matched = associate(read, association, subject)
-            mismatches = [note for match in matched for note in match.mismatches(association)]
-        except ClipError as error:  # nothing matches, and this is the place to see why
-            mismatches = [error.message]
-    warnings = [f"warning: {words}" for words in _sizes(read, association, matched, subject)]
+    try:
+        named = job.named(read)
+        for association in named.associations:
+            parts = len(named.associations) > 1
+            found = associate(named.clip, association, None if parts else subject)
+            matched += found
+            if job.association is not None:
+                mismatches += [note for one in found for note in one.mismatches(association)]
+        decided = named.notes
+    except (CallError, ClipError) as error:  # nothing matches, and this is the place to see why
+        mismatches = [error.message]
+        decided = read.notes
+        read = upright_by_names(read, subject)
+    else:
+        # The coordinates stay; only the labels of trajectories that stand twice may be others.
+        figure = named.association.skeleton
+        read = upright(replace(read, labels=named.clip.labels), matched, figure)
+    mismatches += [note for note in decided if note not in read.notes]
+    warnings = [f"warning: {words}" for words in _sizes(read, matched, subject)]
     rows = [row for row in marker_rows(read, matched) if subject in (None, row["subject"])]
     if as_json:
         say(
@@ -57,20 +74,15 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     return 0
 
 
-def _sizes(
-    clip: Clip,
-    association: Association | None,
-    matched: tuple[Assignment, ...],
-    subject: str | None,
-) -> Iterator[str]:
+def _sizes(clip: Clip, matched: Sequence[Assignment], subject: str | None) -> Iterator[str]:
     """A sentence for each subject whose size says that the unit is wrong."""
     from mocap_skel.results.body_size import sizes_by_names, wrong_size
 
-    if association is None:
-        found = list(sizes_by_names(clip, subject))
-    else:
+    if matched:
         sizes = [(match.subject, wrong_size(clip, match.columns)) for match in matched]
         found = [(whose, size) for whose, size in sizes if size is not None]
+    else:
+        found = list(sizes_by_names(clip, subject))
     for whose, size in found:
         yield f"{whose}: {size}" if whose else str(size)
 

@@ -26,6 +26,7 @@ class Looked(TypedDict):
     rate: float | None
     salvage: bool
     mirror: str | None
+    clip_up: str | None
 
 
 class Told(Looked):
@@ -41,22 +42,27 @@ class Told(Looked):
     static: NotRequired[Path | None]
 
 
-def looked_at(path: Path, told: Looked) -> tuple[Clip, Association | None]:
-    """Read a clip, and the association file where one is named.
+def looked_at(path: Path, told: Looked) -> tuple[Clip, Job]:
+    """Read a clip for a command that fits nothing, and make the job that names its markers.
 
     Raises:
         AssociationError, SkeletonError: there is no such file, or it is wrong.
         ClipError: the clip cannot be read.
     """
+    from mocap_skel.figure.skeleton import read_skeleton
     from mocap_skel.labels.association import read_association
-    from mocap_skel.readers import read_clip
+    from mocap_skel.pipeline.job import Job
+    from mocap_skel.pipeline.limits import limited
 
-    name = told["association"]
-    association = None if name is None else read_association(name, told["skeleton"])
-    clip = read_clip(
-        path, unit=told["unit"], rate=told["rate"], salvage=told["salvage"], mirror=told["mirror"]
-    )
-    return clip, association
+    name, skeleton = told["association"], told["skeleton"]
+    association = None if name is None else read_association(name, skeleton)
+    figure = read_skeleton(skeleton) if name is None and skeleton is not None else None
+    job = Job(
+        association, subject=told["subject"], unit=told["unit"], rate=told["rate"],
+        salvage=told["salvage"], mirror=told["mirror"], clip_up=told["clip_up"], figure=figure,
+    )  # fmt: skip
+    with limited(path):
+        return job.read(path), job
 
 
 def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
@@ -72,20 +78,20 @@ def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
         AssociationError, SkeletonError: there is no such file, or it is wrong.
     """
     name, skeleton = told["association"], told["skeleton"]
-    if name is None and skeleton is not None:
-        # Names are guessed for the standard human.
-        raise options.missing_association()
     options.check_estimation(told["method"], told["noise"], told["sigma"])
+    from mocap_skel.figure.skeleton import read_skeleton
     from mocap_skel.labels.association import read_association
     from mocap_skel.pipeline.job import Job
 
     association = None if name is None else read_association(name, skeleton)
+    # Without an association file, names are guessed for the skeleton.
+    figure = read_skeleton(skeleton) if name is None and skeleton is not None else None
     calibration = _calibration(told, association)
     return Job(
-        association=association, calibration=calibration,
+        association=association, figure=figure, calibration=calibration,
         subject=told["subject"], sigma=told["sigma"], pose=told["pose"], method=told["method"],
         noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"],
-        salvage=told["salvage"], mirror=told["mirror"], trust=told.get("trust", False),
+        salvage=told["salvage"], mirror=told["mirror"], clip_up=told["clip_up"], trust=told.get("trust", False),
         static=told.get("static"), inputs=_inputs(told, clips), **more,
     )  # fmt: skip
 

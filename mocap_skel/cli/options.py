@@ -198,6 +198,10 @@ mirror = click.option(
     "--mirror", type=click.Choice(["x", "y", "z"]),
     help="Negate this axis of the clip: for exports with a negated axis, whose bodies are mirrored.",
 )  # fmt: skip
+clip_up = click.option(
+    "--clip-up", type=click.Choice(["x", "y", "z", "-x", "-y", "-z"]),
+    help="What points up in the clip, whatever the file and the body in it say.",
+)  # fmt: skip
 trust = click.option(
     "--trust-labels", "trust", is_flag=True,
     help="Fit the markers as they are named, though some look exchanged or the body mirrored.",
@@ -206,6 +210,11 @@ static = click.option(
     "--static", metavar="CLIP.c3d", type=click.Path(path_type=Path),
     help="A clip of the same markers in which the actor stands still: its mean pose is neutral, so joint angles are 0 "
     "there; and markers that only it has give anatomical axes.",
+)  # fmt: skip
+strict = click.option(
+    "--strict", is_flag=True,
+    help="Without --assoc: stop where the movement contradicts even a few names, in place of leaving these "
+    "markers out.",
 )  # fmt: skip
 quiet = click.option("-q", "--quiet", is_flag=True, help="No notes on standard error.")
 
@@ -224,5 +233,5 @@ def _together(*several: Callable[[F], F]) -> Callable[[F], F]:
 which = _together(association, skeleton, subject)
 pure_estimation = _together(sigma, pose, method, noise)
 estimation = _together(pure_estimation, prior, calibration, trust)
-reading = _together(unit, rate, salvage, mirror)
+reading = _together(unit, rate, salvage, mirror, clip_up)
 findings = _together(figures, folder, overwrite, as_json, quiet)

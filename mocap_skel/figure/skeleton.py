@@ -134,7 +134,7 @@ def shipped_skeletons() -> dict[str, Skeleton]:
     """The skeletons that come with the program, by their names for `read_skeleton`.
 
     >>> list(shipped_skeletons())[:3]
-    ['hand', 'human', 'left_arm']
+    ['hand', 'head', 'human']
     """
     return {path.stem: _shipped(path.stem) for path in sorted(SHIPPED.glob("*.toml"))}
 

@@ -11,8 +11,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, FitError, MocapSkelError
+from mocap_skel.figure.skeleton import Skeleton
 from mocap_skel.joints.calibration import (
     Calibrated,
     CalibratedJoint,
@@ -23,45 +26,62 @@ from mocap_skel.joints.calibration import (
     digest_of,
 )
 from mocap_skel.joints.evidence import information
-from mocap_skel.labels.association import Assignment, associate
+from mocap_skel.joints.strangers import Body, strangers
+from mocap_skel.labels.association import Assignment, Association, associate
 from mocap_skel.pipeline.job import Job
-from mocap_skel.readers import read_clip
+from mocap_skel.pipeline.limits import limited
+from mocap_skel.pipeline.naming import Named
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
 
 ROUNDS = 2
+# Metres: a bone that is known less, or shorter, tells nothing of a person's size.
+UNKNOWN, SHORTEST = 0.04, 0.1
 
 
 def calibrate(paths: Sequence[Path], job: Job) -> Calibrated:
     """Read the clips and calibrate the one actor that they show.
 
     Raises:
-        CallError: a clip of several subjects, and none was chosen; one clip twice.
+        CallError: a clip of several subjects, and none was chosen; one clip twice; clips of several people.
         MocapSkelError: no clip can be used.
     """
     clips: list[tuple[Clip, Assignment]] = []
     failed: list[MocapSkelError] = []
     notes: list[str] = []
+    first: Association | None = None
+    figure: Skeleton | None = None
     for path in paths:
         try:
-            clip = read_clip(
-                path, unit=job.unit, rate=job.rate, salvage=job.salvage, mirror=job.mirror
-            )
-            assignment = _only_subject(path, clip, job)
+            with limited(path):
+                found = job.named(job.read(path))
+            figure = figure or found.association.skeleton
+            assignment = _only_subject(path, found, figure, job.subject)
         except CallError:
             raise
         except MocapSkelError as error:
             failed.append(error)
             continue
-        notes += [f"{path}: {note}" for note in clip.notes]
-        clips.append((clip, assignment))
+        notes += [f"{path}: {note}" for note in found.notes]
+        first = first or found.association
+        clips.append((found.clip, assignment))
     if not clips:
         raise failed[0]
+    job = replace(job, association=first)
     return _calibrated(clips, job, notes, failed)
 
 
-def _only_subject(path: Path, clip: Clip, job: Job) -> Assignment:
-    found = associate(clip, job.known, job.subject)
+def _only_subject(path: Path, named: Named, figure: Skeleton, subject: str | None) -> Assignment:
+    own = named.association.skeleton
+    if own.name != figure.name:
+        raise CallError(
+            f"{path}: guessed to show {own.name}, the first clip {figure.name}",
+            "a calibration is of one figure: give --assoc, or --skeleton",
+        )
+    # A part of the body is a subject that the call need not know.
+    found = associate(
+        named.clip, named.association, None if len(named.associations) > 1 else subject
+    )
     if len(found) > 1:
         raise CallError(
             f"{path}: holds several subjects: {listed([a.subject for a in found])}",
@@ -97,6 +117,7 @@ def _calibrated(
         usable.append((digest, clip, assignment))
     if not usable:
         raise first or failed[0]
+    _check_one_person([_body(fits[digest], called[digest]) for digest, _, _ in usable])
     skeleton = job.known.skeleton.name
     for _ in range(ROUNDS if len(usable) > 1 else 0):
         # By digest, so that sums over clips round alike whatever their order in the call.
@@ -113,6 +134,53 @@ def _calibrated(
         if segment.joint and (found := _joint(segment.joint, fits, called)) is not None
     ]
     return Calibrated(calibration, tuple(joints), tuple(dict.fromkeys(notes)), tuple(failed))
+
+
+def _check_one_person(bodies: list[Body]) -> None:
+    """Refuse clips of several people.
+
+    Raises:
+        CallError: they are; it says whose clips are whose.
+    """
+    groups, why = strangers(bodies)
+    if len(groups) > 1:
+        people = " | ".join(listed(group) for group in groups)
+        raise CallError(
+            f"these clips show {len(groups)} people, not one: {people}: {why}",
+            "a calibration is of one actor: calibrate each by itself",
+        )
+
+
+def _body(fit: SkeletonFit, name: str) -> Body:
+    """What a clip's own fit tells of the size and shape of its actor."""
+    # Without a prior, a joint that the movement does not show is a place holder.
+    joints = {j.joint: j for j in fit.joints if j.fitted and (j.shown != "no" or j.landmarks)}
+    above = {j.child: j for j in joints.values()}
+    bones = {}
+    for joint in joints.values():
+        segment = fit.segments.get(joint.parent)
+        upper = above.get(joint.parent)
+        if segment is None or segment.joint is None or upper is None:
+            continue
+        bone = joint.centre - segment.joint
+        length = float(np.linalg.norm(bone))
+        if length < SHORTEST:
+            continue
+        # Where the bone lies as each joint's own frame sees it: a hinge is not known along its axis only.
+        along = bone / length
+        parent = fit.segments[upper.parent].pose.rotation
+        seen = parent.swapaxes(1, 2) @ segment.pose.rotation @ along
+        above_along = np.nan_to_num(seen[np.isfinite(seen).all(axis=1)].mean(axis=0))
+        error = float(
+            np.sqrt(along @ joint.covariance @ along + above_along @ upper.covariance @ above_along)
+        )
+        if error < UNKNOWN:
+            bones[f"{joint.parent} to {joint.joint}"] = length, error
+    segments = {
+        name: Template(segment.template, segment.joint, segment.rigid)
+        for name, segment in fit.segments.items()
+    }
+    return Body(name, segments, bones)
 
 
 def _short_names(paths: list[str]) -> dict[str, str]:

@@ -13,15 +13,15 @@ from mocap_skel.export.files import write_all
 from mocap_skel.export.registry import Source
 from mocap_skel.export.result_files import stem_of
 from mocap_skel.pipeline.job import Job, fit_file, named, static_fits, static_of
+from mocap_skel.pipeline.limits import limited, memory_for, size_of
 from mocap_skel.skeleton_fit import SkeletonFit
 
 if TYPE_CHECKING:
     from mocap_skel.pipeline.isolation import Worker
     from mocap_skel.rig.quality import Quality
 
-# What one clip in a child may take; a long clip honestly needs more of both than a short one.
+# What one clip in a child may take; a long clip honestly needs more than a short one.
 SECONDS, SECONDS_PER_BYTE = 30.0, 2e-6
-MEMORY, MEMORY_PER_BYTE = 2 << 30, 20.0
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,11 @@ def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
         taken: files that are not to be written, though `job.overwrite` allows to replace others.
 
     Raises:
-        MocapSkelError: the clip cannot be read, fitted, or written.
+        MocapSkelError: the clip cannot be read, fitted, or written, or needs too much memory.
     """
-    return _stored(path, job, render(path, job), taken)
+    with limited(path):
+        done = render(path, job)
+    return _stored(path, job, done, taken)
 
 
 class Isolated:
@@ -102,7 +104,7 @@ class Isolated:
         from mocap_skel.pipeline.isolation import TaskError
 
         try:
-            done = self._worker.result(SECONDS + SECONDS_PER_BYTE * _size(path))
+            done = self._worker.result(SECONDS + SECONDS_PER_BYTE * size_of(path))
         except TaskError as error:
             raise ClipError(f"{path}: {error}") from error
         finally:
@@ -112,15 +114,7 @@ class Isolated:
     def _next(self) -> None:
         if self._waiting:
             path = self._waiting.popleft()
-            memory = max(MEMORY, int(MEMORY_PER_BYTE * _size(path)))
-            self._worker.start(render, path, self._job, memory=memory)
-
-
-def _size(path: Path) -> int:
-    try:
-        return path.stat().st_size
-    except OSError:
-        return 0
+            self._worker.start(render, path, self._job, memory=memory_for(path))
 
 
 def render(path: Path, job: Job) -> Done:

@@ -13,6 +13,7 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, FitError
 from mocap_skel.export.files import check_free, safe_name, write_all
 from mocap_skel.pipeline.job import Job, fit_file, static_fits, static_of
+from mocap_skel.pipeline.limits import limited
 from mocap_skel.report.angle_figure import angles_figure
 from mocap_skel.report.figures import KINDS, check_figures, picture
 from mocap_skel.report.pose_figures import Actor, pose_figure
@@ -69,7 +70,8 @@ def draw(path: Path, job: Job, wanted: Drawing) -> Drawn:
     check_figures()
     target = _target(path, job, wanted)
     check_free([target], wanted.overwrite, job.inputs)
-    found = fit_file(path, job)
+    with limited(path):
+        found = fit_file(path, job)
     actors = [Actor(fit, marker_tracks(found.clip, a, fit)) for a, fit in found.subjects]
     if wanted.plot == "pose":
         frames = _frames(found.clip, actors, wanted)

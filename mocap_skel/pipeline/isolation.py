@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import multiprocessing
 import os
 import pickle
@@ -13,15 +12,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
-from pathlib import Path
 from typing import Any
 
-GIGABYTE = 1 << 30
+from mocap_skel.pipeline.limits import GIGABYTE, limit, starved, too_much, used_memory
+
+__all__ = ["GIGABYTE", "TaskError", "Worker"]
+
 # A child that holds more between two tasks is replaced: what it keeps of one clip is room that the
 # next would lack, and its address space says no more how much that one uses.
 _KEPT = 300 << 20
-# What the loader says where the limit is in its way.
-_NO_ROOM = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory")
 
 
 class TaskError(Exception):
@@ -141,7 +140,7 @@ def _serve(pipe: Connection) -> None:
         except (EOFError, OSError):
             return
         try:
-            _limit(memory)
+            limit(memory)
             answer = True, function(*arguments)
         except Exception as error:
             answer = False, _told(error, memory)
@@ -154,49 +153,20 @@ def _serve(pipe: Connection) -> None:
 def _send(pipe: Connection, worked: bool, value: Any) -> None:
     """The answer, or that it cannot be sent, and whether this process is to be replaced."""
     try:
-        message = pickle.dumps((worked, value, _memory()[1] > _KEPT))
+        message = pickle.dumps((worked, value, used_memory()[1] > _KEPT))
     except MemoryError:
         value = TaskError("needs more memory than it may use for its result")
         message = pickle.dumps((False, value, True))
     except (pickle.PicklingError, TypeError, AttributeError) as error:
         value = RuntimeError(f"{type(value).__name__}: {error}")
-        message = pickle.dumps((False, value, _memory()[1] > _KEPT))
+        message = pickle.dumps((False, value, used_memory()[1] > _KEPT))
     pipe.send_bytes(message)
 
 
 def _told(error: Exception, memory: int) -> Exception:
     """An error as the parent gets it: want of memory has many names."""
-    starved = isinstance(error, OSError) and error.errno == errno.ENOMEM
-    # A library in C that finds no room to be loaded.
-    starved |= isinstance(error, ImportError) and any(why in str(error) for why in _NO_ROOM)
-    if starved or isinstance(error, MemoryError):
-        return TaskError(f"needs more than {memory / GIGABYTE:.3g} GB of memory")
+    if starved(error):
+        return TaskError(too_much(memory))
     # The parent has no other way to see where it was raised.
     error.add_note(traceback.format_exc())
     return error
-
-
-def _memory() -> tuple[int, int]:
-    """Bytes that this process has reserved and that it uses; zeros where the system does not say."""
-    statistics = Path("/proc/self/statm")
-    if sys.platform == "win32" or not statistics.exists():
-        return 0, 0
-    import resource
-
-    reserved, used = (int(n) * resource.getpagesize() for n in statistics.read_text().split()[:2])
-    return reserved, used
-
-
-def _limit(memory: int) -> None:
-    """Let this process use so many bytes, where the system can see to it."""
-    reserved, used = _memory()
-    if sys.platform == "win32" or not used:
-        return
-    import resource
-
-    # Address space is what can be limited, and BLAS reserves much more than it uses.
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    limit = reserved + max(0, memory - used)
-    if hard != resource.RLIM_INFINITY:
-        limit = min(limit, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, hard))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -11,13 +11,15 @@ import numpy as np
 from mocap_skel.clip import Clip
 from mocap_skel.errors import FitError, RootError
 from mocap_skel.export.registry import Chosen, choose
-from mocap_skel.figure.skeleton import shipped_with_root
+from mocap_skel.figure.skeleton import Skeleton, shipped_with_root
 from mocap_skel.fit import fit_skeleton
 from mocap_skel.joints.calibration import Calibration
 from mocap_skel.joints.choices import BEST
 from mocap_skel.labels.association import Assignment, Association, associate
+from mocap_skel.pipeline.naming import Named, name_markers
 from mocap_skel.readers import read_clip
 from mocap_skel.results.body_size import check_size, check_size_by_names
+from mocap_skel.results.upright import upright
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
 
@@ -39,9 +41,12 @@ class Job:
         unit, rate: in place of what the clip says.
         salvage: read what there is of a clip whose file is cut off.
         mirror: the axis to negate when a clip is read, None for none.
+        clip_up: what points up in a clip, in place of what the clip and the body say.
         trust: fit the markers as they are named, though some look exchanged.
         static: a clip whose mean pose is neutral for angles.
         command: the call, as the page shows it.
+        figure: without an association, guess for this one.
+        strict: without an association, no clear name may contradict the movement.
     """
 
     association: Association | None
@@ -60,9 +65,44 @@ class Job:
     rate: float | None = None
     salvage: bool = False
     mirror: str | None = None
+    clip_up: str | None = None
     trust: bool = False
     static: Path | None = None
     command: str = ""
+    figure: Skeleton | None = None
+    strict: bool = False
+
+    def read(self, path: Path) -> Clip:
+        """A clip, read as the job says.
+
+        Raises:
+            ClipError: it cannot be read.
+        """
+        return read_clip(
+            path, unit=self.unit, rate=self.rate, salvage=self.salvage,
+            mirror=self.mirror, up=self.clip_up,
+        )  # fmt: skip
+
+    def named(self, clip: Clip) -> Named:
+        """Whose the clip's trajectories are and which is which marker, told or guessed.
+
+        Raises:
+            CallError: neither is sure.
+        """
+        return name_markers(
+            clip, self.association, subject=self.subject, figure=self.figure, strict=self.strict,
+            how=self.how,
+        )  # fmt: skip
+
+    @property
+    def how(self) -> list[str]:
+        """The options that a command in a hint has to repeat, to read the same clip."""
+        from mocap_skel.labels.guess import repeated
+
+        return repeated(
+            self.subject, self.unit, self.rate,
+            salvage=self.salvage, mirror=self.mirror, clip_up=self.clip_up,
+        )  # fmt: skip
 
     @property
     def known(self) -> Association:
@@ -112,14 +152,30 @@ def fit_file(path: Path, job: Job) -> Fitted:
     Raises:
         MocapSkelError: the clip cannot be read, or none of its subjects be fitted.
     """
-    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage, mirror=job.mirror)
-    notes = list(clip.notes)
+    clip = job.read(path)
     if job.association is None:
-        job = replace(job, association=_guessed(clip, job, notes))
+        check_size_by_names(clip, job.subject)
+    found = job.named(clip)
+    several = len(found.associations) > 1
+    # A part of the body is a subject that the call need not know.
+    jobs = [
+        replace(job, association=one, subject=None if several else job.subject)
+        for one in found.associations
+    ]
+    assigned = [associate(found.clip, part.known, part.subject) for part in jobs]
+    clip = upright(found.clip, assigned[0], jobs[0].known.skeleton)
+    notes = [*found.notes, *(note for note in clip.notes if note not in found.notes)]
     decided = tuple(notes)
-    subjects, failed = _fits(clip, job, notes)
+    subjects: list[tuple[Assignment, SkeletonFit]] = []
+    failed: list[FitError] = []
+    for part, assignments in zip(jobs, assigned, strict=True):
+        fits, without = _fits(clip, assignments, part, notes)
+        subjects += fits
+        failed += without
+    if not subjects:
+        raise _why(clip, failed[0])
     said = tuple(dict.fromkeys(notes))
-    return Fitted(clip, job.known, tuple(subjects), decided, said, tuple(failed))
+    return Fitted(clip, found.association, tuple(subjects), decided, said, tuple(failed))
 
 
 def static_fits(job: Job) -> dict[str, SkeletonFit]:
@@ -140,25 +196,13 @@ def static_of(fits: Mapping[str, SkeletonFit], fit: SkeletonFit) -> SkeletonFit 
     return next(iter(fits.values())) if len(fits) == 1 else None
 
 
-def _guessed(clip: Clip, job: Job, notes: list[str]) -> Association:
-    """The association that the clip's own names and motion give, where that is sure."""
-    from mocap_skel.labels.guess import check_sure, guess_association, in_words, repeated
-
-    check_size_by_names(clip, job.subject)
-    how = repeated(job.subject, job.unit, job.rate, salvage=job.salvage)
-    found = guess_association(clip, job.subject, how)
-    check_sure(found, how)
-    notes.append(f"no --assoc, so it is guessed from names and motion: {in_words(found)}")
-    return found.association()
-
-
 def _fits(
-    clip: Clip, job: Job, notes: list[str]
+    clip: Clip, assignments: Sequence[Assignment], job: Job, notes: list[str]
 ) -> tuple[list[tuple[Assignment, SkeletonFit]], list[FitError]]:
     """The subjects of a clip that can be fitted, and why others cannot."""
     fits: list[tuple[Assignment, SkeletonFit]] = []
     failed: list[FitError] = []
-    for assignment in associate(clip, job.known, job.subject):
+    for assignment in assignments:
         mismatches = assignment.mismatches(job.known)
         try:
             fit = job.fit(clip, assignment)
@@ -169,9 +213,18 @@ def _fits(
             continue
         fits.append((assignment, fit))
         notes += [named(fit.subject, note) for note in (*mismatches, *fit.notes)]
-    if not fits:
-        raise failed[0]
     return fits, failed
+
+
+def _why(clip: Clip, error: FitError) -> FitError:
+    """The error, in place of all that every joint lacks what the whole clip lacks."""
+    from mocap_skel.labels.guess.missing import what_is_missing
+
+    missing = "" if isinstance(error, RootError) else what_is_missing(clip)
+    if not missing:
+        return error
+    hint = "fit a clip of movement with the same markers"
+    return FitError(f"{clip.name}: no joint can be fitted: {missing}", hint)
 
 
 def _other_root(error: RootError) -> str | None:

@@ -21,7 +21,7 @@ from mocap_skel.export.tables_csv import rows_csv
 from mocap_skel.extras import extra
 from mocap_skel.labels.association import Assignment, associate
 from mocap_skel.pipeline.job import Job
-from mocap_skel.readers import read_clip
+from mocap_skel.pipeline.limits import limited
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.studies import accuracy, speed, tables
 from mocap_skel.studies.parallel import in_parallel
@@ -131,7 +131,8 @@ def resample(path: Path, job: Job, plan: Resampling, where: Where) -> Findings:
     Raises:
         MocapSkelError: the clip cannot be read or fitted, or its results not be written.
     """
-    clip = read_clip(path, unit=job.unit, rate=job.rate, salvage=job.salvage, mirror=job.mirror)
+    with limited(path):
+        clip = job.named(job.read(path)).clip
     subjects = associate(clip, job.known, job.subject)
     if len(subjects) > 1:
         known = ", ".join(subject.subject for subject in subjects)

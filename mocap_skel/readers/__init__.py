@@ -23,6 +23,7 @@ def read_clip(
     rate: float | None = None,
     salvage: bool = False,
     mirror: str | None = None,
+    up: str | None = None,
 ) -> Clip:
     """Read a motion capture file: markers in metres, and what was decided about them.
 
@@ -35,6 +36,7 @@ def read_clip(
         rate: frames a second, 0.01 to 100,000, in place of what the file says.
         salvage: read the whole frames that a file holds which is cut off or damaged.
         mirror: "x", "y" or "z": negate that axis, for a file whose bodies are mirrored.
+        up: what points up (x, y, z, -x, -y, -z), in place of what the file says.
 
     Returns:
         The clip: points (frames, markers, 3) in metres in the file's own axes, NaN where a marker is
@@ -42,7 +44,8 @@ def read_clip(
 
     Raises:
         ClipError: the file cannot be read, is cut off or damaged, or holds no marker; it names the file.
-        CallError: `unit` is no length unit, or `rate` out of its range.
+        CallError: `unit` is no length unit, `rate` out of its range, or `up` no axis; the file has no frame rate
+            that may be, or is of a kind that is not read yet, or a folder.
 
     >>> clip = read_clip("sample_data/nearly_still.c3d")
     >>> clip.points.shape, clip.rate, clip.unit
@@ -52,5 +55,5 @@ def read_clip(
     """
     path = Path(path)
     with ours(path, ClipError):
-        clip = clean(read_raw(path, salvage), str(path), unit, rate, salvage)
+        clip = clean(read_raw(path, salvage), str(path), unit, rate, salvage, up)
     return negated(clip, mirror) if mirror else clip

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.clip import Clip
+from mocap_skel.clip import UPS, Clip
 from mocap_skel.errors import CallError, ClipError
-from mocap_skel.readers.markers import markers, names_and_subjects, told_apart
-from mocap_skel.readers.raw import FARTHEST, RawClip
+from mocap_skel.readers.markers import UNLABELLED, doubles, markers, names_and_subjects, told_apart
+from mocap_skel.readers.raw import FARTHEST, FASTEST, SLOWEST, RawClip
 from mocap_skel.readers.repeated import repeated, sentences
+from mocap_skel.readers.two_scales import second_scale
 from mocap_skel.readers.units import SIGN_OF, scale
-from mocap_skel.text import listed
+from mocap_skel.text import counted, listed
 
 # So many samples, or numbers, that cannot be coordinates are an oddity; more are damage.
 _ODD = 2
@@ -20,7 +21,12 @@ _NEAR = 2
 
 
 def clean(
-    raw: RawClip, name: str, unit: str | None, rate: float | None, salvage: bool = False
+    raw: RawClip,
+    name: str,
+    unit: str | None,
+    rate: float | None,
+    salvage: bool = False,
+    up: str | None = None,
 ) -> Clip:
     """Decide what a file holds; every decision that is not plain becomes a note.
 
@@ -30,11 +36,12 @@ def clean(
         unit: the length unit, in place of what the file says.
         rate: frames a second, in place of what the file says.
         salvage: frames with coordinates that cannot be count as missing.
+        up: what points up, in place of what the file says.
 
     Raises:
-        ClipError: no points, no markers, no frame rate, or coordinates that cannot be; the message does not
-            name the file.
-        CallError: `unit` is no unit, or `rate` not above zero.
+        ClipError: no points, no markers, or coordinates that cannot be; the message does not name the file.
+        CallError: `unit` is no unit, `rate` out of its range, `up` no axis, or the file has no rate that may be;
+            the last names the file.
     """
     frames, count = raw.points.shape[:2]
     if not frames or not count:
@@ -43,19 +50,26 @@ def clean(
     names, subjects = names_and_subjects(raw)
     keep, left_out = markers(names, subjects, raw)
     for reason, out in left_out.items():
-        notes.append(f"points that are no markers ({reason}): {len(out)}: {listed(out)}")
+        if reason == UNLABELLED:
+            many = counted(len(out), "unlabelled trajectory is", "unlabelled trajectories are")
+            notes.append(f"{many} set aside: {listed(out)}")
+        else:
+            notes.append(f"points that are no markers ({reason}): {len(out)}: {listed(out)}")
     if not len(keep):
         raise ClipError(f"no marker among its points, {count} of them")
     subjects = [subjects[i] for i in keep]
-    labels = told_apart([names[i] for i in keep], subjects, keep, notes)
+    names = [names[i] for i in keep]
+    labels = told_apart(names, subjects, keep, notes)
     points = np.take(raw.points, keep, axis=1)
     points[_missing(points, raw, salvage, notes)] = np.nan
-    hertz = _rate(raw, rate)
+    hertz = _rate(raw, name, rate)
     _leave_out_repeated(points, labels, subjects, hertz, raw.first_frame, notes)
     if not np.isfinite(points).any():
         raise ClipError("every marker is missing in every frame")
+    points *= second_scale(points, unit, raw, notes)
     metres = scale(points, unit, raw, notes)
     points *= metres
+    upward, said_by = _up(raw, up, notes)
     return Clip(
         name=name,
         points=points,
@@ -64,9 +78,11 @@ def clean(
         rate=hertz,
         first_frame=raw.first_frame,
         unit=SIGN_OF[metres],
-        up=_up(raw, notes),
+        up=upward,
+        up_by=said_by,
         left_out=left_out,
         notes=tuple(notes),
+        doubles=doubles(names, subjects),
     )
 
 
@@ -151,17 +167,32 @@ def _refused(
     return damaged[:, None]
 
 
-def _rate(raw: RawClip, rate: float | None) -> float:
-    if rate is not None and not 0.01 <= rate <= 1e5:
-        raise CallError(f"a frame rate is a number from 0.01 to 100000, not {rate:g}")
-    found = raw.rate if rate is None else rate
+def _rate(raw: RawClip, name: str, rate: float | None) -> float:
+    if rate is not None:
+        if not 0.01 <= rate <= 1e5:
+            raise CallError(f"a frame rate is a number from 0.01 to 100000, not {rate:g}")
+        return rate
+    found = raw.rate
     if not (np.isfinite(found) and found > 0):
-        raise ClipError("no frame rate in it", "give it with --rate")
+        raise CallError(f"{name}: no frame rate in it", "give it with --rate")
+    if not SLOWEST <= found <= FASTEST:
+        raise CallError(
+            f"{name}: its frame rate is {found:g} Hz, which no recording has",
+            "give the right one with --rate",
+        )
     return float(found)
 
 
-def _up(raw: RawClip, notes: list[str]) -> str:
-    """The vertical axis: what the file says, otherwise z."""
+def _up(raw: RawClip, stated: str | None, notes: list[str]) -> tuple[str, str]:
+    """The vertical axis, and who says so: what is stated, or what the file says, otherwise z.
+
+    Raises:
+        CallError: what is stated is no axis.
+    """
+    if stated is not None:
+        if stated not in UPS:
+            raise CallError(f"what points up is one of {', '.join(UPS)}, not {stated!r}")
+        return stated, "call"
     said = raw.up
     sign, axis = said[:-1], said[-1:].lower()
     known = axis in ("x", "y", "z") and sign in ("", "+", "-")
@@ -169,4 +200,4 @@ def _up(raw: RawClip, notes: list[str]) -> str:
     # C3D files that write -Z there hold heads above feet all the same.
     if said and (not known or sign == "-"):
         notes.append(f"{raw.up_name} is {said!r}: {up} is taken to point up")
-    return up
+    return up, "file" if known else ""

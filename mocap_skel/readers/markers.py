@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.readers.raw import RawClip
+from mocap_skel.readers.unlabelled import unlabelled
 from mocap_skel.text import listed
 
 # No "Angle" on its own: the scapula's inferior angle is a place for a marker.
@@ -21,7 +22,8 @@ _AXIS_TIP = re.compile(r"(.+?)[ _.-]?([XYZ])$", re.I)
 _ORIGINS = ("", "O", "ORIGIN", "ORG", "0")
 # Of the side of three axis tips, which 16-bit coordinates leave to a few per cent.
 _EQUAL = 0.03
-_UNLABELLED = re.compile(r"\*\d+$")
+UNLABELLED = "unlabelled"
+"""Why a trajectory that nobody has named is no marker: the key in `Clip.left_out`."""
 # Fewer points without a name show no figure.
 _LEAST_OF_A_FIGURE = 3
 
@@ -45,26 +47,29 @@ def markers(
 ) -> tuple[NDArray[np.int64], dict[str, tuple[str, ...]]]:
     """Which points are markers, and the names of the others by the reason why not.
 
-    Left out are `*12`, points in a list of model outputs or with the name of one, the bones of
-    Plug-in Gait, the tips of a segment's axes, and what an earlier fit has written into the file. Where nothing has a name, three
-    `*12` and more are markers.
+    Left out are trajectories that nobody has named (`*12`, `Unlabeled 12`), points in a list of model
+    outputs or with the name of one, the bones of Plug-in Gait, the tips of a segment's axes, and what an
+    earlier fit has written into the file. Where nothing has a name, three such trajectories and more are
+    markers.
     """
     bones = _bones(names, subjects, raw.points) | _axis_tips(names, subjects, raw.points)
     keep: list[int] = []
+    nameless: list[int] = []
     out: dict[str, list[str]] = defaultdict(list)
     for i, (name, subject) in enumerate(zip(names, subjects, strict=True)):
         by_list = name in raw.computed or f"{subject}:{name}" in raw.computed
-        if _UNLABELLED.match(name):
-            out["unlabelled"].append(name)
+        if unlabelled(name, subject):
+            nameless.append(i)
+            out[UNLABELLED].append(name)
         elif (f"{subject}:{name}" if subject else name) in raw.earlier:
             out["joint centres of an earlier fit"].append(name)
         elif by_list or i in bones or _MODEL_NAME.search(name):
             out["model output"].append(name)
         else:
             keep.append(i)
-    if not keep and len(out["unlabelled"]) >= _LEAST_OF_A_FIGURE:
-        keep = [i for i, name in enumerate(names) if _UNLABELLED.match(name)]
-        del out["unlabelled"]
+    if not keep and len(out[UNLABELLED]) >= _LEAST_OF_A_FIGURE:
+        keep = nameless
+        del out[UNLABELLED]
     left_out = {reason: tuple(found) for reason, found in out.items() if found}
     return np.array(keep, dtype=np.int64), left_out
 
@@ -102,6 +107,14 @@ def told_apart(
         which = listed(dict.fromkeys(doubled))
         notes.append(f"labels that stand more than once are told apart as NAME_2, …: {which}")
     return labels
+
+
+def doubles(names: list[str], subjects: list[str]) -> tuple[tuple[int, ...], ...]:
+    """The places of markers that have the same name and subject, the first of each and its copies."""
+    at: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for i, key in enumerate(zip(subjects, names, strict=True)):
+        at[key].append(i)
+    return tuple(tuple(same) for (_, name), same in at.items() if name and len(same) > 1)
 
 
 def _bones(names: list[str], subjects: list[str], points: NDArray[np.float64]) -> set[int]:

@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 FARTHEST = 1e7
 """Coordinates beyond it are none in any unit: 10 km in mm."""
 
+SLOWEST, FASTEST = 1.0, 1e4
+"""Frames a second of a recording: slower shows no movement, and the fastest cameras for bodies take some 2,000
+(10,000 with a few lines of their picture). Picked by eye; a call may say otherwise."""
+
 
 @dataclass(frozen=True, eq=False)
 class RawClip:
@@ -26,6 +30,9 @@ class RawClip:
         first_frame: the file's own number of the first frame.
         computed: labels of points that a model computed, by the file's own lists; with or without subject.
         earlier: labels of points that an earlier fit of this program added.
+        rescale: a second scale that the file gives for its coordinates, as a part of the first, by which they
+            are; 1 where it does not give two.
+        scale_names: what the file calls the two, for messages.
         notes: what was decided while reading, one sentence each.
     """
 
@@ -38,4 +45,6 @@ class RawClip:
     first_frame: int = 1
     computed: frozenset[str] = frozenset()
     earlier: frozenset[str] = frozenset()
+    rescale: float = 1.0
+    scale_names: tuple[str, str] = ("its first scale", "its second scale")
     notes: tuple[str, ...] = ()

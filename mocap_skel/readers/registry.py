@@ -13,11 +13,22 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 
-from mocap_skel.errors import ClipError, Told, ours
+from mocap_skel.errors import CallError, ClipError, Told, ours
 from mocap_skel.readers.raw import RawClip
 
 HEAD = 1 << 18
 """Bytes of a file that a sniff gets; all of a shorter file."""
+
+_EXPORT = "export C3D from the program that recorded it"
+# What people give for a clip, by the ends of the names, what it is, and what to do instead. A format that
+# registers one of the suffixes goes before.
+_OTHERS = (
+    ((".trc",), "TRC is not read yet", _EXPORT),
+    ((".csv", ".tsv", ".txt", ".xlsx"), "tables are not read yet", _EXPORT),
+    ((".bvh", ".fbx", ".glb", ".gltf", ".amc", ".asf", ".mot", ".osim"),
+     "it holds a skeleton, no markers", "give the C3D file of the markers it was made from"),
+    ((".gz", ".zip", ".7z", ".rar", ".xz", ".bz2"), "a packed file", "unpack it first"),
+)  # fmt: skip
 
 Sniff = Callable[[bytes], bool | None]
 """What a file's first `HEAD` bytes tell of it: True, it is of the format, whatever it is called; False, it is not;
@@ -92,8 +103,10 @@ def format_of(path: Path) -> Format:
 
     Raises:
         ClipError: the file is empty, or of none of the formats; the message does not name the file.
+        CallError: it is of a kind that no clip is read from, or a folder; the message names it.
         OSError: it cannot be read.
     """
+    _refuse_no_file(path)
     with path.open("rb") as file:
         head = file.read(HEAD)
         # A pipe gives its bytes once, and the reader opens the file again: this refuses it.
@@ -106,9 +119,34 @@ def format_of(path: Path) -> Format:
     found = sure or [entry for entry in called if told[entry] is None]
     if found:
         return found[0]
+    if not called:
+        _refuse_by_suffix(path)
     suffixes = [suffix for entry in told for suffix in entry.suffixes]
     hint = None if called else f"mocap-skel reads {_either(suffixes)}"
     raise ClipError(f"not a {_either([entry.name for entry in called or told])} file", hint)
+
+
+def _refuse_by_suffix(path: Path) -> None:
+    """Say of a file of a known kind what to do instead.
+
+    Raises:
+        CallError: it is one.
+    """
+    for suffixes, what, hint in _OTHERS:
+        if path.name.lower().endswith(suffixes):
+            raise CallError(f"{path}: {what}", hint)
+
+
+def _refuse_no_file(path: Path) -> None:
+    """Say of a folder, or of standard input, what to do instead.
+
+    Raises:
+        CallError: it is one.
+    """
+    if path.is_dir():
+        raise CallError(f"{path}: a folder is no clip", f"name its files: {path / '*.c3d'}")
+    if str(path) == "-" and not path.exists():
+        raise CallError("-: a clip is not read from standard input", "give the name of a file")
 
 
 def _either(words: list[str]) -> str:

@@ -246,15 +246,22 @@ def _out_of_place(one: _Stretch, points: Array, others: NDArray[np.intp], outsid
     if enough.sum() < _MATES:
         return False
     usual, others = usual[:, enough], others[enough]
-    middle = np.nanmedian(usual, axis=0)
+    middle = _median(usual)
     nearest = np.argsort(middle)[:_MATES]
     middle, usual = middle[nearest], usual[:, nearest]
-    spread = 1.4826 * np.nanmedian(np.abs(usual - middle), axis=0)
+    spread = 1.4826 * _median(np.abs(usual - middle))
     limit = np.maximum(_SPREADS * spread, _SMALL * middle) + _MATES * _resolution(
         points, one, outside
     )
     off = np.abs(_distances(points, one.marker, others[nearest], inside) - middle) > limit
     return int(off.any(axis=0).sum()) > _MATES / 2
+
+
+def _median(values: Array) -> Array:
+    """(columns,), of what is known in each. `np.nanmedian` takes ten times as long."""
+    values = np.sort(values, axis=0)
+    known, column = np.isfinite(values).sum(axis=0), np.arange(values.shape[1])
+    return np.asarray(0.5 * (values[(known - 1) // 2, column] + values[known // 2, column]))
 
 
 def _resolution(points: Array, one: _Stretch, outside: Mask) -> float:

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from string import Template
 from typing import Any
 
 import numpy as np
 
-from mocap_skel.clip import AXES, Clip
+from mocap_skel.clip import AXES, Clip, turn_between
 from mocap_skel.figure.skeleton import STANDARD
 from mocap_skel.report.inline import asset, in_json, policy, text
 from mocap_skel.report.scene import floor_height, middles, pack, step_of, steps_of
@@ -42,6 +43,9 @@ def assoc_page(clip: Clip, start: Start) -> str:
     >>> assoc_page(clip, start_from_guess(clip))[:15]
     '<!doctype html>'
     """
+    # As for `scene`: the viewer knows what points up by the number of an axis.
+    turn = turn_between(clip.up, clip.up[-1])
+    clip = replace(clip, points=clip.points @ turn.T, up=clip.up[-1])
     about, packed = _scene(clip, start)
     style, script = asset("assoc.css"), asset("viewer.bundle.js")
     return Template(asset("assoc.html")).substitute(

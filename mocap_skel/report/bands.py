@@ -1,4 +1,4 @@
-"""Stretches of frames that are marked on the page's time line: filled, guessed, repaired, without a figure."""
+"""Stretches of frames that are marked on the page's time line: filled, held, guessed, repaired, without a figure."""
 
 from __future__ import annotations
 
@@ -16,12 +16,17 @@ from mocap_skel.text import counted, listed
 # What is marked, in the order of the lanes, and what it means.
 KINDS = {
     "filled": "the markers left and the joints beside tell the pose",
+    "held": "at an end of the clip the nearest pose is kept for a short while",
     "guessed": "no marker tells the pose: it follows the motion before and after",
     "repaired": "a turn was too fast for a person",
     "without": "part of the figure is missing",
 }
+# How a gap was bridged, and as what it is marked.
+_BRIDGED = {"markers": "filled", "hold": "held", "motion": "guessed"}
 # A band is drawn at least as wide as this share of the line, else nobody sees it.
 _THINNEST = 1 / 300
+# Pixels of a fifth of a lane.
+HIGH = 2.4
 # Names in the words of a band, while its frames are shown and when it is pointed at.
 _FEW, _MANY = 2, 12
 
@@ -48,7 +53,7 @@ class Band:
 
 
 def bands_of(moving: Moving) -> tuple[Band, ...]:
-    """What was filled, guessed and repaired in a figure, and where some of it is missing."""
+    """What was filled, held, guessed and repaired in a figure, and where some of it is missing."""
     if moving.animation is None:
         return ()
     motion = moving.animation.motion
@@ -56,8 +61,7 @@ def bands_of(moving: Moving) -> tuple[Band, ...]:
     flags = {kind: np.zeros_like(motion.absent) for kind in KINDS}
     for bridge in motion.bridges:
         if bridge.by:
-            kind = "filled" if bridge.by == "markers" else "guessed"
-            flags[kind][bridge.segment, bridge.start : bridge.stop] = True
+            flags[_BRIDGED[bridge.by]][bridge.segment, bridge.start : bridge.stop] = True
     flags["repaired"], flags["without"] = motion.repaired, motion.absent
     return tuple(
         Band(kind, start, stop, _names(names, own[:, start:stop]))
@@ -93,17 +97,23 @@ def strip(bands: Sequence[Band], frames: int, first: int) -> str:
         )
     tall = 5 * len(lanes) - 1
     return (
-        f'<svg id="bands" viewBox="0 0 {frames} {tall}" height="{2 * tall}" preserveAspectRatio="none" '
-        f'role="img" aria-label="Stretches of frames that are filled, guessed, repaired or missing">'
+        f'<svg id="bands" viewBox="0 0 {frames} {tall}" height="{HIGH * tall}" preserveAspectRatio="none" '
+        f'role="img" aria-label="Stretches of frames: {text(listed(lanes, len(KINDS)))}">'
         f"{''.join(rects)}</svg>"
     )
 
 
+def meanings(bands: Sequence[Band]) -> str:
+    """What the kinds that there are mean, in one sentence; "" without bands."""
+    return "; ".join(f"{kind}, {KINDS[kind]}" for kind in _kinds(bands))
+
+
 def legend(bands: Sequence[Band]) -> str:
-    """The kinds that there are and how many frames they have, as items of a list."""
+    """The kinds that there are and how many frames they have, as items of a list: buttons that go to the next band."""
     return "".join(
-        f'<li class="{kind}" title="{text(KINDS[kind])}">{text(kind)} '
-        f"{counted(sum(b.stop - b.start for b in bands if b.kind == kind), 'frame')}</li>"
+        f'<li class="{kind}"><button type="button" data-kind="{kind}" title="{text(KINDS[kind])}: go to the next">'
+        f"{text(kind)} {counted(sum(b.stop - b.start for b in bands if b.kind == kind), 'frame')}"
+        f"</button></li>"
         for kind in _kinds(bands)
     )
 

@@ -19,9 +19,10 @@ from mocap_skel.export.registry import Chosen, Format, Options, Rendered, Source
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
-from mocap_skel.report.bands import bands_of, legend, strip
+from mocap_skel.report.bands import Band, bands_of, legend, meanings, strip
 from mocap_skel.report.coverage import COLOURS, coverage_map
 from mocap_skel.report.ellipsoid import ERRORS
+from mocap_skel.report.headline import Finding, findings
 from mocap_skel.report.inline import asset, in_json, policy, text
 from mocap_skel.report.looks import ALARM, LOOKS, style_of_verdicts
 from mocap_skel.report.moving import Moving, moving
@@ -33,7 +34,7 @@ from mocap_skel.results.tables import joint_rows
 from mocap_skel.results.verdict import in_short, verdict
 from mocap_skel.rig.quality import Quality
 from mocap_skel.skeleton_fit import SkeletonFit
-from mocap_skel.text import counted, listed
+from mocap_skel.text import counted
 from mocap_skel.version import __version__
 
 _SUFFIX = ".report.html"
@@ -61,7 +62,7 @@ class PageContent:
 def page(content: PageContent) -> str:
     """The text of the whole page, one HTML file that loads nothing."""
     fit, shown = content.fit, moving(content.fit)
-    bands = bands_of(shown)
+    bands, found = bands_of(shown), findings(fit, shown)
     made = scene(content.clip, content.assignment, shown.fit, shown.floor, bands)
     style, script = style_of_verdicts() + asset("style.css"), asset("viewer.bundle.js")
     who = f" · {fit.subject}" if fit.subject else ""
@@ -70,7 +71,10 @@ def page(content: PageContent) -> str:
         style=style,
         script=script,
         title=text(Path(fit.clip).name + who),
-        short=_short(fit, shown),
+        short=_short(fit, found),
+        behind=_behind(found),
+        more=_more(found),
+        played=_played(shown, bands),
         verdict=_verdict(fit),
         counts="".join(_counts(fit.joints)),
         **{shown: f'<span class="{shown}">{_sign(shown)}{shown}</span>' for shown in VERDICTS},
@@ -89,13 +93,48 @@ def page(content: PageContent) -> str:
     )
 
 
-def _short(fit: SkeletonFit, shown: Moving) -> str:
-    """The one line at the top of the page: what is wrong, and what to do about it."""
-    parts = [text(in_short(fit))]
-    if shown.quality is not None and shown.quality.look_at:
-        names = listed([one.segment for one in shown.quality.look_at], 2)
-        parts.append(f'<a class="alarm" href="#rig">{ALARM.sign}\u00a0Look at: {text(names)}.</a>')
-    return " ".join(filter(None, parts))
+def _short(fit: SkeletonFit, found: Sequence[Finding]) -> str:
+    """The one line at the top of the page: what is worst, or that all is well."""
+    return _finding(found[0]) if found else text(in_short(fit))
+
+
+def _behind(found: Sequence[Finding]) -> str:
+    """The other findings, as a list."""
+    items = "".join(f"<li>{_finding(one)}</li>" for one in found[1:])
+    return f'<ol id="findings">{items}</ol>' if items else ""
+
+
+def _more(found: Sequence[Finding]) -> str:
+    """What is behind the line at the top, in a few words."""
+    more = f"{len(found) - 1} more to look at, which" if len(found) > 1 else "Which"
+    return f"{more} joints to trust, and what to film"
+
+
+def _finding(one: Finding) -> str:
+    """Its sentence, with a button that goes to its frame."""
+    go = (
+        "" if one.frame is None else f' <button data-frame="{one.frame}">frame {one.frame}</button>'
+    )
+    return f'<span class="alarm">{ALARM.sign}</span>\u00a0{text(one.words)}{go}'
+
+
+def _played(shown: Moving, bands: Sequence[Band]) -> str:
+    """What kind of figure the page plays, and what is marked over its time line."""
+    if shown.animation is None:
+        return (
+            "The figure has the free poses of the fit, each frame by itself: bones may change their lengths, and gaps "
+            "stay gaps. There is no rigid figure, so fit writes no BVH and no GLB of this clip."
+        )
+    figure = (
+        "The figure is the rigid one that fit writes as BVH and GLB: bones of constant length, gaps bridged, movement "
+        "above what the body does taken away."
+    )
+    if not bands:
+        return f"{figure} Nothing had to be filled or repaired in this clip."
+    return (
+        f"{figure} The bands above the time line are stretches of frames: {text(meanings(bands))}. Point at a band to "
+        "read of which segments, pick it to go there; the buttons below go from one to the next."
+    )
 
 
 def _verdict(fit: SkeletonFit) -> str:

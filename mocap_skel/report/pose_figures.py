@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mocap_skel.clip import AXES
+from mocap_skel.clip import AXES, vertical
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.report.ellipsoid import ERRORS, ellipsoid
 from mocap_skel.report.figures import figure, plain
@@ -167,8 +167,8 @@ def _floor(actors: Sequence[Actor]) -> tuple[float, bool]:
 
     It is the lab's zero if the lowest marker comes near it, else the height of that marker.
     """
-    up = AXES.index(actors[0].fit.up)
-    heights = [t[:, up] for actor in actors for own in actor.markers.values() for t in own.values()]
+    up = vertical(actors[0].fit.up)
+    heights = [t @ up for actor in actors for own in actor.markers.values() for t in own.values()]
     lowest = float(np.nanmin(np.stack(heights)))
     on_floor = _ON_FLOOR[0] <= lowest <= _ON_FLOOR[1]
     return (0.0 if on_floor else lowest), on_floor
@@ -189,7 +189,7 @@ def _ground(axes: Any, points: Array, scene: _Scene) -> None:
     lines = []
     for a, b in ((0, 1), (1, 0)):
         for at in np.arange(low[a], high[a] + scene.step / 2, scene.step):
-            ends = np.full((2, 3), scene.floor)
+            ends = np.tile(scene.floor * scene.view.up, (2, 1))
             ends[:, across[a]] = at
             ends[:, across[b]] = low[b], high[b]
             lines.append(scene.view.project(ends))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.clip import AXES, Clip
+from mocap_skel.clip import AXES, Clip, turn_between
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
@@ -72,10 +72,12 @@ def scene(
     points = [*tracks.values(), *(clip.points[:, m["column"]] for m in markers)]
     parents = [name for name in fit.segments if any(j.parent == name for j in fit.joints)]
     every = max(1, -(-clip.frames * len(points) // MOST_SAMPLES))
-    positions = np.stack(points, axis=1)[::every]
+    # The viewer knows what points up by the number of an axis: one that points down is turned over.
+    lab = turn_between(fit.up, fit.up[-1])
+    positions = np.stack(points, axis=1)[::every] @ lab.T
     middle = middles(positions)
     step = step_of(positions - middle)
-    rotations = [fit.segments[name].pose.rotation[::every, :, :2] for name in parents]
+    rotations = [lab @ fit.segments[name].pose.rotation[::every, :, :2] for name in parents]
     axes = np.stack(rotations, axis=1) if rotations else np.empty((len(positions), 0, 3, 2))
     rows = np.concatenate(
         [
@@ -91,8 +93,8 @@ def scene(
         "firstFrame": int(clip.first_frame),
         "every": every,
         "rate": float(clip.rate),
-        "up": AXES.index(fit.up),
-        "floor": floor_height(positions[..., AXES.index(fit.up)])
+        "up": AXES.index(fit.up[-1]),
+        "floor": floor_height(positions[..., AXES.index(fit.up[-1])])
         if floor is None
         else round(floor, 4),
         # In frames of the file, as `leftOut`.
@@ -100,7 +102,7 @@ def scene(
             [clip.first_frame + band.start, clip.first_frame + band.stop, band.words]
             for band in bands
         ],
-        "front": np.round(first_front(fit), 4).tolist(),
+        "front": np.round(lab @ first_front(fit), 4).tolist(),
         "step": step,
         "middle": np.round(middle, 6).tolist(),
         "points": len(points),

@@ -49,7 +49,7 @@ def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
         told = ", ".join(f"{key[0].upper()} {v}" if key else v for key, v in shown.items())
         row[0].set_ylabel(f"{plain(name)}\n({told})", fontsize=8)
     for d, axes in enumerate(grid[0]):
-        up = " (up)" if AXES[d] == fit.up else ""
+        up = {AXES[d]: " (up)", f"-{AXES[d]}": " (down)"}.get(fit.up, "")
         axes.set_title(f"{AXES[d]}{up}, m", fontsize=9)
     for axes in grid[-1]:
         axes.set_xlabel("time (s)", fontsize=8)

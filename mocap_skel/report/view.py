@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_skel.clip import AXES
+from mocap_skel.clip import vertical
 from mocap_skel.results.series import by_sides, side
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
@@ -129,7 +129,7 @@ def _mean_right(fits: Sequence[SkeletonFit], frames: Sequence[int]) -> Array | N
 
 
 def _up(fit: SkeletonFit) -> Array:
-    return np.asarray(np.eye(3)[AXES.index(fit.up)])
+    return vertical(fit.up)
 
 
 def _lab_right(up: Array) -> Array:

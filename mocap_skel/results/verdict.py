@@ -52,8 +52,12 @@ def in_short(fit: SkeletonFit) -> str:
     """
     if not fit.joints:
         return ""
-    groups = _levels(fit)
+    groups = levels(fit)
     poor = [*groups.get("poor", []), *groups.get("none", [])]
+    if "doubt" in groups:
+        # Nothing else is worth a thought before the labels are right.
+        names = _joints(groups["doubt"], 4)
+        return f"Check the labels first: markers at the {names} look exchanged."
     if poor:
         few = f"{len(poor)} of {counted(len(fit.joints), 'joint')}"
         words = f"{few} {'is' if len(poor) == 1 else 'are'} not to be trusted: {_joints(poor, 4)}"
@@ -73,8 +77,8 @@ def error_95(joint: JointFit) -> float:
     return 2.0 * joint.worst_error if joint.fitted else float("inf")
 
 
-def _levels(fit: SkeletonFit) -> dict[str, list[str]]:
-    """The joints by how well they are known: "sharp", "usable", "poor", or "none" for not fitted."""
+def levels(fit: SkeletonFit) -> dict[str, list[str]]:
+    """The joints by how well they are known: "sharp", "usable", "poor", "doubt", or "none" for not fitted."""
     groups: dict[str, list[str]] = {}
     for joint in fit.joints:
         # Without a prior a joint that the movement does not show is a place holder.
@@ -87,7 +91,7 @@ def _levels(fit: SkeletonFit) -> dict[str, list[str]]:
 
 
 def _trust(fit: SkeletonFit) -> Iterator[str]:
-    groups = _levels(fit)
+    groups = levels(fit)
     words = {
         "sharp": f"Known to {100 * SHARP:g} cm (95 %)",
         "usable": f"known to {100 * USABLE:g} cm",
@@ -109,15 +113,21 @@ def _joints(names: list[str], most: int = 20) -> str:
     groups = by_sides(names)
     return listed(
         [
-            f"both {_several(_words(name))}" if len(places) == 2 else _words(names[places[0]])
+            f"both {_several(name_in_words(name))}"
+            if len(places) == 2
+            else name_in_words(names[places[0]])
             for name, places in groups.items()
         ],
         most,
     )
 
 
-def _words(name: str) -> str:
-    """A joint's name as words: LeftKnee → left knee, ThumbCMC → thumb CMC."""
+def name_in_words(name: str) -> str:
+    """The name of a joint or segment as words.
+
+    >>> name_in_words("LeftKnee"), name_in_words("ThumbCMC")
+    ('left knee', 'thumb CMC')
+    """
     parts = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|_", " ", name).split()
     return " ".join(part if part.isupper() else part.lower() for part in parts)
 
@@ -133,7 +143,9 @@ def _sides(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         if row["side_difference"] is not None and abs(row["side_difference"]) > ASYMMETRY
     }
     if found:
-        bones = listed([f"{_words(name)} {100 * abs(d):.0f} %" for name, d in found.items()], 12)
+        bones = listed(
+            [f"{name_in_words(name)} {100 * abs(d):.0f} %" for name, d in found.items()], 12
+        )
         yield f"Bones whose two sides differ in length, measured up to the joint: {bones}."
 
 

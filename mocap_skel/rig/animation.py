@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap_skel.clip import AXES
+from mocap_skel.clip import vertical
 from mocap_skel.figure.full_rig import full_rig
 from mocap_skel.rig.bridging import runs
 from mocap_skel.rig.feet import Feet, bent_toes, find_feet, held_feet
@@ -82,7 +82,7 @@ class Animation:
     @property
     def vertical(self) -> Array:
         """(3,): the clip's vertical."""
-        return np.asarray(np.eye(3)[AXES.index(self.up)])
+        return vertical(self.up)
 
 
 @lru_cache(maxsize=KEPT)
@@ -93,35 +93,33 @@ def animate(fit: SkeletonFit, choice: Choice = Choice()) -> Animation:
         fit: of one subject, in the clip's own axes.
         choice: what the figure shall be.
     """
-    vertical = np.eye(3)[AXES.index(fit.up)]
+    upward = vertical(fit.up)
     model = model_of(fit)
     recorded = _by_marker(model)
     model, cutoff = _filtered(model, fit.rate, choice.smooth)
     lacking: tuple[str, ...] = ()
     # Before the fit: the markers decide where the changed bones are.
     if choice.even:
-        model = _even(model, vertical)
+        model = _even(model, upward)
     if choice.full:
-        model, lacking = fuller(model, _rested(model, vertical)[0], full_rig())
-        model = _even(model, vertical) if choice.even else model
+        model, lacking = fuller(model, _rested(model, upward)[0], full_rig())
+        model = _even(model, upward) if choice.even else model
     motion = rigid_motion(model, fit.rate, choice.limits)
     model = motion.model
-    rest, average = _rested(model, vertical)
-    feet = find_feet(model, motion.poses, vertical, fit.rate, rest)
+    rest, average = _rested(model, upward)
+    feet = find_feet(model, motion.poses, upward, fit.rate, rest)
     if choice.lock and feet.soles:
-        poses = held_feet(motion.problem, motion.poses, feet, vertical, fit.rate)
+        poses = held_feet(motion.problem, motion.poses, feet, upward, fit.rate)
         motion = replace(motion, poses=poses)
     model = _on_soles(model, feet)
-    rest, average = _rested(model, vertical)
+    rest, average = _rested(model, upward)
     model = _toed(model, rest, choice.even)
     if choice.even:
         turned = {model.segments[i].name: rest[i] @ end for i, end in model.ends.items()}
         even = even_points(turned)
         ends = {i: rest[i].T @ even[model.segments[i].name] for i in model.ends}
         model = replace(model, ends=ends)
-    poses = bent_toes(
-        model, motion.poses, feet, vertical, np.radians(choice.limits.speed) / fit.rate
-    )
+    poses = bent_toes(model, motion.poses, feet, upward, np.radians(choice.limits.speed) / fit.rate)
     motion = replace(motion, model=model, poses=poses)
     return Animation(
         motion, tuple(rest), tuple(average), feet, cutoff, fit.rate, fit.up, fit.frame_numbers,

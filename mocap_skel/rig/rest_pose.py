@@ -146,7 +146,9 @@ def _root(bones: Sequence[Bone], children: Mapping[int, list[int]], up: Array) -
 
 
 def _turned_up(up: Array) -> Array:
-    return shortest_turn(up, np.array([0.0, 1.0, 0.0]))
+    turn = shortest_turn(up, np.array([0.0, 1.0, 0.0]))
+    # Half a turn has no shortest way.
+    return turn if (turn @ up)[1] > 0 else np.diag([1.0, -1.0, -1.0])
 
 
 def _branching(bone: Bone, children: Sequence[Bone], start: Array) -> Array:

@@ -106,7 +106,6 @@ def test_nothing_fitted_is_3_and_leaves_nothing_behind(tmp_path):
     ("arguments", "what"),
     [
         (["fit"], "Missing argument"),
-        (["fit", ROM, "--skeleton", "human"], "--assoc is missing"),
         (["fit", ROM, "--assoc", "cmuu"], "did you mean cmu?"),
         (["fit", ROM, "--assoc", "map.txt"], "map.txt:1:6: 'LFTW' is no marker"),
         (["fit", ROM, "--assoc", "cmu", "--skeleton", "nix"], "nix: no such skeleton file"),
@@ -307,7 +306,7 @@ def test_inspect_as_json(tmp_path):
     assert facts["subjects"] == ["Anna", "Ben"]
     assert (facts["frames"], facts["first_frame"], facts["rate"]) == (700, 101, 50.0)
     assert len(facts["markers"]) == 82
-    assert "marker" not in facts["markers"][0]
+    assert facts["markers"][0]["segment"] == "Head"
 
 
 def test_inspect_is_the_place_to_see_why_nothing_matches(tmp_path):

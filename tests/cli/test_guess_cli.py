@@ -84,7 +84,7 @@ def test_fit_without_assoc_stops_where_it_is_not_sure(tmp_path):
     assert len(done.stderr.splitlines()) == 1
     swapped = {"LFHD": "RANK", "RANK": "LFHD"}
     clip = recorded(tmp_path / "swapped.c3d", lambda label: swapped.get(label, label))
-    done = run("fit", clip, "-o", "out", cwd=tmp_path)
+    done = run("fit", clip, "--strict", "-o", "out", cwd=tmp_path)
     assert done.returncode == 2
     assert "contradict each other" in done.stderr
     assert f"mocap-skel assoc guess {clip} -o" in done.stderr
@@ -110,7 +110,7 @@ def test_hints_are_commands_that_run(tmp_path):
     swapped = {"LFHD": "RANK", "RANK": "LFHD"}
     clip = recorded(tmp_path / "a swap.c3d", lambda label: swapped.get(label, label))
     clip.write_bytes(clip.read_bytes()[:-700])
-    refused = run("fit", clip.name, "--salvage", cwd=tmp_path)
+    refused = run("fit", clip.name, "--salvage", "--strict", cwd=tmp_path)
     assert refused.returncode == 2
     words = shlex.split(re.search(r"mocap-skel (assoc guess .*) writes it", refused.stderr)[1])
     assert "--salvage" in words

@@ -181,7 +181,7 @@ def test_a_file_beside_the_caller_comes_before_a_shipped_one(tmp_path, monkeypat
     ("seen", "names"),
     [
         (("Hips", "Chest"), ["human"]), (("Hips", "RightFoot"), ["human", "lower_body"]),
-        (("RightFoot", "UpperRightLeg"), ["right_leg"]), (("Head",), []),
+        (("RightFoot", "UpperRightLeg"), ["right_leg"]), (("Head",), ["head"]), (("RightFoot",), []),
     ],
 )  # fmt: skip
 def test_the_figures_that_start_at_what_is_seen_and_have_most_of_it(seen, names):

@@ -214,7 +214,7 @@ def test_all_missing_is_an_error(path, value):
 @pytest.mark.parametrize("rate", [0.0, -100.0])
 def test_no_frame_rate_is_an_error_that_names_the_option(path, rate):
     c3d_file(path, cloud(), rate=rate)
-    with pytest.raises(ClipError, match=r"clip\.c3d: no frame rate") as error:
+    with pytest.raises(CallError, match=r"clip\.c3d: no frame rate") as error:
         read_clip(path)
     assert "--rate" in error.value.hint
     assert read_clip(path, rate=59.94).rate == 59.94

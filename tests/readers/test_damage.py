@@ -11,10 +11,13 @@ from c3d_bytes import (
     notes,
     tracks,
 )
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
+from mocap_skel import artificial as art
 from mocap_skel.errors import ClipError
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.formats.c3d import damage
+from mocap_skel.readers.formats.c3d import shifts
 from mocap_skel.readers.formats.c3d.survey import survey
 
 
@@ -153,12 +156,63 @@ def test_noise_among_the_points_is_damage(path):
     np.testing.assert_allclose(clip.points[~lost] * 1000, tracks(200, 8)[~lost], atol=1e-3)
 
 
-def test_what_most_values_differ_by_is_told_where_enough_are_there():
-    here = np.arange(1.0, 25.0)
-    there = here + np.arange(24)
-    # Of 24 differences 0 to 23, in order, the one at four fifths.
-    assert damage._far(here, there) == [19]
-    # Zeros are missing: of 12 differences 0 to 11 that is 9, and 11 are too few.
-    assert damage._far(here, np.where(np.arange(24) < 12, there, 0)) == [9]
-    assert damage._far(here, np.where(np.arange(24) < 11, there, 0)) == [np.inf]
-    assert damage._far(np.zeros(24), there) == [np.inf]
+def test_followers_are_counted_where_enough_values_are_there():
+    before = np.arange(1.0, 25.0)
+    there = np.array(
+        [before, before + 0.4, before + np.arange(24), np.where(before < 14, before, 0)]
+    )
+    # By hand: all; all; 0 only of the differences 0 to 23; those 13 that are no zeros.
+    assert shifts._followers(there, before, 0.5).tolist() == [1, 1, 1 / 24, 1]
+    # Of 24 values 11 are too few.
+    assert shifts._followers(np.where(before < 12, before, 0)[None], before, 0.5).tolist() == [0]
+
+
+FEW = tracks(30, 6)
+
+
+@settings(
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    # Behind the 27th stand two whole frames, too few to tell.
+    frame=st.integers(1, 26),
+    within=st.integers(0, 47),
+    count=st.sampled_from([1, 2, 3, 4, 6, 8, 12, 20]),
+    lost=st.booleans(),
+    kept=st.booleans(),
+)
+def test_bytes_lost_or_inserted_in_a_small_file_of_integers(path, frame, within, count, lost, kept):
+    """Two bytes at frame 5 would misread 99 % of the samples behind; whether the size stays or not."""
+    sound = c3d_file(path, FEW, scale=0.1).read_bytes()
+    at = survey(path).layout.start + 48 * frame + within
+    whole = sound[:at] + (sound[at + count :] if lost else bytes(count) + sound[at:])
+    path.write_bytes((whole + bytes(count if lost else 0))[: len(sound)] if kept else whole)
+    with pytest.raises(ClipError, match=r"cut off|damaged: (bytes|coord)|nothing but zeros"):
+        read_clip(path)
+
+
+@pytest.mark.parametrize("scale", [-1.0, 0.1])
+def test_points_that_begin_at_another_place_than_they_should(path, scale):
+    """What follows is a file without any jump: the residuals tell, which stand where coordinates should."""
+    points = tracks(200, 8)
+    sound = c3d_file(path, points, scale=scale).read_bytes()
+    start = survey(path).layout.start
+    path.write_bytes(
+        (sound[:start] + sound[start + (4 if scale < 0 else 2) :]).ljust(len(sound), b"\0")
+    )
+    with pytest.raises(
+        ClipError, match="damaged: bytes are lost or inserted before its second frame"
+    ):
+        read_clip(path)
+
+
+@pytest.mark.parametrize("dropout", [0.1, 0.4])
+@pytest.mark.parametrize("every", [1, 3, 7])
+def test_fast_movement_with_many_gaps_is_no_lost_bytes(path, every, dropout):
+    motion = art.range_of_motion(8, 60, seed=1)
+    clip = art.record(
+        art.human(), art.marker_set("cmu"), motion, art.Faults(sigma=0.001, dropout=dropout), seed=2
+    )
+    points = np.nan_to_num(clip.points * 1000)
+    for some in (points[::every], points[::every, :12]):
+        assert "damaged" not in notes(read_clip(c3d_file(path, some, scale=0.1)))

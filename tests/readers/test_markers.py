@@ -116,7 +116,7 @@ def test_unlabelled_points_are_left_out_even_twice(path):
     clip = labelled(path, "*12", "A", "Ann:*3", "*12", "*", "B*1")
     assert clip.labels == ("A", "*", "B*1")
     assert clip.left_out == {"unlabelled": ("*12", "*3", "*12")}
-    assert "unlabelled): 3: *12, *3, *12" in notes(clip)
+    assert "3 unlabelled trajectories are set aside: *12, *3, *12" in notes(clip)
 
 
 def test_where_nothing_has_a_name_three_unlabelled_points_are_a_figure(path):

@@ -75,9 +75,12 @@ def test_a_name_that_cannot_be_printed(path, name):
 
 @pytest.mark.parametrize("scale", [0.05, -0.05])
 def test_a_scale_that_the_header_has_otherwise(path, scale):
-    """Where the two differ POINT:SCALE holds, as it holds for most programs."""
+    """Where the two differ and the size does not tell, POINT:SCALE holds, as it holds for most programs."""
     change(c3d_file(path, tracks(), scale=2 * scale), 12, "<f", scale)
-    said = ("POINT:SCALE is 0.1, the header's 0.05; the first is taken",)
+    said = (
+        "POINT:SCALE 0.1 and the header's 0.05 differ: the markers span 2.33 m by the first, 1.16 m by the "
+        "second; POINT:SCALE 0.1 is taken, as their size does not tell",
+    )
     # That of floats is no number that anything is multiplied with.
     assert is_right(path, tolerance=0.06).notes == (said if scale > 0 else ())
 

@@ -142,6 +142,56 @@ def test_labels_that_say_nothing_become_a_file_that_fits_as_the_shipped_one(tmp_
 
 
 @in_chromium
+def test_where_the_guess_knows_nothing_the_page_says_where_to_begin_and_nothing_is_lost(tmp_path):
+    clip = replace(CLIP, labels=tuple(f"{i} #" for i in range(41)))
+    leaves = (
+        "(() => { const event = new Event('beforeunload', { cancelable: true }); dispatchEvent(event);"
+        "return !event.defaultPrevented })()"
+    )
+    with Browser(tmp_path / "profile") as browser:
+        opened(browser, tmp_path, clip)
+        assert browser.run("document.querySelector('#step').textContent").startswith(
+            "No label is known yet. Begin with these"
+        )
+        browser.run("document.querySelector('#next').click()")
+        group = selected(browser)
+        # They are on one segment, which is what moving together means.
+        cmu = rules(read_association("cmu"))
+        assert len(group) > 2 and len({cmu[CLIP.labels[i]][1] for i in group}) == 1
+        assert browser.run(leaves) is True
+        browser.run("mocapSkel.place('Chest')")
+        assert browser.run(leaves) is False
+        browser.run("mocapSkel.undo()")
+        assert browser.run(leaves) is True
+        browser.run("mocapSkel.place('Chest')")
+        browser.call("Page.setDownloadBehavior", behavior="deny")
+        browser.run("document.querySelector('#save').click()")
+        assert browser.run(leaves) is True
+        # Going back behind what was saved is a change again.
+        browser.run("mocapSkel.undo()")
+        assert browser.run(leaves) is False
+        browser.run("mocapSkel.select([])")
+        assert "No label is known" in browser.run("document.querySelector('#step').textContent")
+        browser.run("mocapSkel.place('Chest', [0]); mocapSkel.select([])")
+        assert "40 markers are not placed" in browser.run(
+            "document.querySelector('#step').textContent"
+        )
+
+
+@in_chromium
+@pytest.mark.parametrize("size", [(390, 844), (844, 390)])
+def test_on_a_phone_nothing_is_cut_off_and_the_help_is_there(tmp_path, size):
+    with Browser(tmp_path / "profile", *size) as browser:
+        opened(browser, tmp_path, CLIP)
+        assert browser.run("document.documentElement.scrollWidth") <= size[0]
+        view, play, help_ = browser.run(
+            "['#view', '#play', '#help summary'].map((one) => document.querySelector(one).getBoundingClientRect())"
+            ".map((box) => [box.height, box.bottom])"
+        )
+        assert view[0] >= 140 and view[1] < size[1] and play[1] <= size[1] and help_[0] > 0
+
+
+@in_chromium
 def test_an_exchange_is_listed_put_right_measured_and_undone(tmp_path):
     clip = renamed(CLIP, {"LKNE": "RFIN", "RFIN": "LKNE"})
     start = start_from_file(clip, read_association("cmu"))

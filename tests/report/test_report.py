@@ -9,37 +9,28 @@ import subprocess
 import sys
 from functools import cache
 from html import escape
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from browser import CHROMIUM, Browser
-from recordings import ASSOCIATIONS, SAMPLES, clip_of, known
+from recordings import SAMPLES, clip_of
+from reported import block, rows_of, shown, shown_of
 
-from mocap_skel import associate, fit_skeleton, read_clip
+from mocap_skel import read_clip
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
+from mocap_skel.report.bands import _BRIDGED, KINDS, Band, legend, strip
 from mocap_skel.report.coverage import RADIUS, flattened
-from mocap_skel.report.html import PageContent, page
+from mocap_skel.report.headline import findings
+from mocap_skel.report.html import page
 from mocap_skel.report.looks import LOOKS, style_of_verdicts
 from mocap_skel.report.moving import moving
 from mocap_skel.report.scene import MISSING, MOST_STEPS, STEP, pack, step_of, steps_of, unpack
-from mocap_skel.report.view import view_of
 from mocap_skel.results.tables import joint_rows
 from mocap_skel.results.verdict import in_short, verdict
 
 NASTY = '</script><img src=x onerror=alert(1)>\u202e"&\ud800'
 in_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-
-
-def shown_of(clip, association="cmu"):
-    found = known(association)
-    assignment = associate(clip, found)[0]
-    fit = fit_skeleton(clip, assignment, found.skeleton)
-    return PageContent(clip, assignment, fit, ("read <well>",), "mocap-skel report")
-
-
-@cache
-def shown(name):
-    return shown_of(read_clip(SAMPLES / f"{name}.c3d"), ASSOCIATIONS[name])
 
 
 @cache
@@ -79,15 +70,6 @@ def nasty():
         one.fit, subject=NASTY, skeleton=skeleton, joints=joints, notes=(NASTY, *one.fit.notes)
     )
     return dataclasses.replace(one, fit=fit, assignment=assignment, decided=(NASTY,), command=NASTY)
-
-
-def block(html, name):
-    return re.search(rf'<script type="[a-z/]+" id="{name}">(.*?)</script>', html, re.S)[1]
-
-
-def rows_of(html):
-    about = json.loads(block(html, "scene"))
-    return about, unpack(base64.b64decode(block(html, "samples")), about["frames"])
 
 
 @pytest.mark.parametrize("name", ["range_of_motion", "gaps"])
@@ -335,77 +317,82 @@ def test_the_page_plays_the_rigid_figure_and_marks_what_was_filled_in_it():
     assert 'class="alarm" data-head="guessed s"><span class="sign">▲</span>' in html
 
 
-def test_where_no_two_frames_show_a_whole_figure_the_page_has_the_free_poses():
-    one = shown("nearly_still")
-    for_one_frame = dataclasses.replace(
-        one.fit, segments={}, joints=(), frame_numbers=one.fit.frame_numbers
+@cache
+def without_a_figure():
+    """Every second frame has no marker, and the gaps, 2.5 s at this rate, are too long to be bridged."""
+    good = read_clip(SAMPLES / "nearly_still.c3d")
+    points = good.points[:60].copy()
+    points[1::2] = np.nan
+    return shown_of(dataclasses.replace(good, points=points, rate=0.4))
+
+
+def test_where_no_two_frames_show_a_whole_figure_the_page_has_the_free_poses_and_says_so():
+    one = without_a_figure()
+    played = moving(one.fit)
+    assert played.fit is one.fit and played.quality is None and played.floor is None
+    html = re.sub(r"<style>.*?</style>|<script>.*?</script>", "", page(one), flags=re.S)
+    # The tracks on it are those of the fit, gaps and all.
+    about, rows = rows_of(html)
+    assert (rows[0, 1::2] == MISSING).all() and (rows[0, ::2] != MISSING).all()
+    assert about["bands"] == [] and 'id="bands"' not in html and "rig-table" not in html
+    words = re.sub(r"\s+", " ", re.sub(r"<[^>]*>", "", html))
+    assert "▲ No moving figure can be made of this clip" in words
+    assert "fit writes no BVH and no GLB of this clip" in words
+    for untrue in ("The figure is the rigid one", "bones of constant length", "bands above"):
+        assert untrue not in words, untrue
+    assert "The figure is the rigid one" in page(shown("gaps"))
+    assert "bands above" not in page(shown("range_of_motion"))
+
+
+def test_the_line_at_the_top_is_the_worst_finding_and_the_others_follow_in_order():
+    one = shown("gaps")
+    found = findings(one.fit, moving(one.fit))
+    html = page(one)
+    short = re.search(r'<p id="short">(.*?)</p>', html, re.S)[1]
+    behind = re.findall(
+        r"<li>(.*?)</li>", re.search(r'<ol id="findings">(.*?)</ol>', html, re.S)[1]
     )
-    played = moving(for_one_frame)
-    assert played.fit is for_one_frame and played.quality is None and played.floor is None
-    assert "free poses" in played.notes[0]
+    assert len(found) > 2
+    for finding, place in zip(found, [short, *behind], strict=True):
+        assert escape(finding.words) in place
+        assert (f'data-frame="{finding.frame}"' in place) == (finding.frame is not None)
+    badness = [finding.badness for finding in found]
+    assert badness == sorted(badness, reverse=True) and badness[-1] > 0
+    # A marker 31 cm off is worse than one 5 cm off, and labels that look exchanged are worse than either.
+    quality = moving(one.fit).quality
+    worst = dataclasses.replace(
+        quality.segments[3], look_at=("worst",), worst=0.31, worst_frame=7, worst_marker="M"
+    )
+    less = dataclasses.replace(worst, segment=quality.segments[4].segment, worst=0.05)
+    played = SimpleNamespace(quality=dataclasses.replace(quality, segments=(less, worst)))
+    sure = tuple(
+        dataclasses.replace(joint, covariance=1e-6 * np.eye(3), doubt="")
+        for joint in one.fit.joints
+    )
+    first, second = findings(dataclasses.replace(one.fit, joints=sure), played)
+    assert "31 cm" in first.words and "5.0 cm" in second.words and first.frame == 7
+    assert first.badness == pytest.approx(0.31 / 0.04)
+    doubted = (dataclasses.replace(sure[0], doubt="exchanged"), *sure[1:])
+    first, *_ = findings(dataclasses.replace(one.fit, joints=doubted), played)
+    assert first.words.startswith("Check the labels first")
 
 
-@in_chromium
-def test_a_phone_sees_the_standard_errors_and_the_figure_fills_the_view(tmp_path):
-    path = tmp_path / "page.html"
-    path.write_text(page(shown("gaps")), encoding="utf-8")
-    with Browser(tmp_path / "profile", 360, 740) as browser:
-        browser.open(path)
-        browser.run("mocapSkel.play(false); mocapSkel.go(0)")
-        browser.wait("mocapSkel.drawn === 0")
-        # Nothing is cut off at the right, and each joint's error is inside the window.
-        assert browser.run("document.documentElement.scrollWidth") == 360
-        errors = browser.run(
-            "[...document.querySelectorAll('#joint-table td[data-head=\"s.e. mm\"]')].map((cell) => "
-            "[cell.getBoundingClientRect().left, cell.getBoundingClientRect().right])"
-        )
-        assert len(errors) == 14
-        assert all(0 < left < right <= 360 for left, right in errors)
-        browser.run("document.querySelector('rect.repaired').dispatchEvent(new Event('click'))")
-        browser.wait("mocapSkel.drawn > 0")
-        assert "repaired" in browser.run("document.querySelector('#done').textContent")
-        path.write_text(page(shown("nearly_still")), encoding="utf-8")
-        browser.open(path)
-        box = browser.run(
-            "(() => { const { stage } = mocapSkel; const at = stage.figure.places.map((p) => stage.screen(p));"
-            "const x = at.map((p) => p[0]), y = at.map((p) => p[1]);"
-            "return [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y),"
-            "stage.view.clientWidth, stage.view.clientHeight] })()"
-        )
-        left, right, top, bottom, width, height = box
-        assert left >= 0 and right <= width and top >= 0 and bottom <= height
-        assert max((right - left) / width, (bottom - top) / height) > 0.6
-        assert browser.messages == []
-
-
-@in_chromium
-def test_the_page_looks_at_the_figure_as_pictures_do(tmp_path):
-    one = shown("range_of_motion")
-    path = tmp_path / "page.html"
-    path.write_text(page(one), encoding="utf-8")
-    hips = [[j.joint for j in one.fit.joints].index(f"{s}Hip") for s in ("Right", "Left")]
-    with Browser(tmp_path / "profile") as browser:
-        browser.open(path)
-        browser.run("mocapSkel.play(false); mocapSkel.go(0)")
-        browser.wait("mocapSkel.drawn === 0")
-        # The first view is the oblique one of a picture of that frame.
-        for name in ("oblique", "front", "side", "top"):
-            if name != "oblique":
-                browser.run(f"document.querySelector('[data-view={name}]').click()")
-            towards, right, left = browser.run(
-                "(() => { mocapSkel.draw(); const { stage } = mocapSkel;"
-                "return [stage.camera.position.clone().sub(stage.controls.target).normalize().toArray(),"
-                f"...{hips}.map((i) => stage.screen(stage.figure.places[i])[0])] }})()"
-            )
-            view = view_of(name, [moving(one.fit).fit], [0])
-            # The page's front and side are 0.05 of their distance, 3 degrees, above the horizon.
-            angle = np.degrees(np.arccos(min(1.0, towards @ view.axes[2])))
-            assert angle < (3.0 if name in ("front", "side") else 0.5), name
-            across = view.axes[0] @ (
-                one.fit.joints[hips[0]].track[0] - one.fit.joints[hips[1]].track[0]
-            )
-            if name != "side":
-                assert np.sign(right - left) == np.sign(across), name
+def test_each_kind_of_band_has_its_words_and_a_colour_that_is_seen_on_either_ground():
+    bands = [Band(kind, 10 * i, 10 * i + 4, ("Head",)) for i, kind in enumerate(KINDS)]
+    assert "held" in KINDS and _BRIDGED["hold"] == "held"
+    drawn, key = strip(bands, 100, 1), legend(bands)
+    style = page(shown("nearly_still")).split("</style>")[0]
+    light, dark = re.findall(r"--panel: (#\w+)", style)
+    for kind in KINDS:
+        assert f'<rect class="{kind}"' in drawn and f'data-kind="{kind}"' in key
+        assert f"rect.{kind} {{ fill: var(" in style and f"#legend .{kind}::before" in style
+        name = "alarm-ball" if kind == "without" else kind
+        for ground, colour in zip(
+            (light, dark), re.findall(rf"--{name}: (#\w+)", style), strict=True
+        ):
+            high, low = sorted([luminance(ground), luminance(colour)], reverse=True)
+            # WCAG 2.1, 1.4.11: what is drawn.
+            assert (high + 0.05) / (low + 0.05) >= 3.0, (kind, ground)
 
 
 @in_chromium

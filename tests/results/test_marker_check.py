@@ -12,7 +12,6 @@ from recordings import ROOT, clip_of
 from mocap_skel import associate, read_association
 from mocap_skel.artificial import Faults, Swap, human, marker_set, record, still, write_c3d
 from mocap_skel.cli.assoc_check import command
-from mocap_skel.errors import CallError
 from mocap_skel.results.marker_check import check_association
 
 
@@ -176,7 +175,3 @@ class TestCheck:
         assert (swapped["label"], swapped["verdict"], swapped["partner"]) == (
             "RTHI", "swapped", "RTHI",
         )  # fmt: skip
-
-    def test_the_command_needs_a_file(self):
-        with pytest.raises(CallError, match="--assoc is missing"):
-            CliRunner().invoke(command, ["c.c3d"], standalone_mode=False, catch_exceptions=False)

@@ -1,7 +1,6 @@
 // The page of an association: pick markers in the picture or in the list, say what they are, save the file.
 import { Assignment } from './assignment.js';
 import { Cloud } from './cloud.js';
-import { extent } from './extent.js';
 import { Panel, millimetres, plain } from './panel.js';
 import { Playing, start } from './playing.js';
 import { Rigidity } from './rigidity.js';
@@ -13,8 +12,6 @@ const SWITCHES = { labels: 'n', lines: 'l', follow: 'f', several: 'b' };
 const FINGER = 26;
 const MOUSE = 14;
 const CLICK = 5;
-// Markers have to be large enough to be picked, though a stretched limb then leaves the picture.
-const NEARER = 0.8;
 
 class Editor extends Playing {
   constructor(data, stage) {
@@ -25,7 +22,9 @@ class Editor extends Playing {
     this.selected = new Set();
     this.settled = new Set();
     this.said = [];
-    this.saved = null;
+    // The text of each subject's file at the start, and as it was saved.
+    this.first = new Map(data.about.subjects.map(({ name }) => [name, this.assignment.text(name)]));
+    this.saved = new Map();
     this.words = data.about.markers.map((marker) => {
       const word = document.createElement('span');
       word.textContent = plain(marker.label);
@@ -38,6 +37,9 @@ class Editor extends Playing {
     this.#picking();
     by('undo').addEventListener('click', () => this.undo());
     by('save').addEventListener('click', () => this.save());
+    addEventListener('beforeunload', (event) => {
+      if (this.data.about.subjects.some(({ name }) => this.state(name) === 'changed, not saved')) event.preventDefault();
+    });
     addEventListener('keydown', (event) => {
       const written = event.target.type === 'text' || event.target.tagName === 'TEXTAREA';
       if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== 'z' || written) return;
@@ -70,8 +72,7 @@ class Editor extends Playing {
     by('subject').value = i;
     Object.assign(about, { root, ends });
     this.cloud.shown = (marker) => about.markers[marker].subject === name;
-    this.stage.extent = extent(this.data);
-    this.stage.extent.reach *= NEARER;
+    this.stage.reframe();
     this.stage.followed = null;
     this.stage.look('start');
     this.select([]);
@@ -194,8 +195,16 @@ class Editor extends Playing {
     link.click();
     // The download has to have begun.
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
-    this.saved = this.text();
+    const { subjects } = this.data.about;
+    for (const { name } of this.assignment.together ? subjects : [{ name: this.subject }]) this.saved.set(name, this.assignment.text(name));
     this.refresh();
+  }
+
+  /** Whether a subject's file as it is now has been saved, and whether there is anything in it to lose. */
+  state(subject) {
+    const text = this.assignment.text(subject);
+    if (this.saved.has(subject)) return this.saved.get(subject) === text ? 'saved' : 'changed, not saved';
+    return this.assignment.past.length && this.first.get(subject) !== text ? 'changed, not saved' : '';
   }
 
   refresh() {

@@ -4,6 +4,8 @@ import { Playing, start } from './playing.js';
 import { Stage } from './stage.js';
 
 const by = (id) => document.getElementById(id);
+// Pixels from a band at which a finger still means it.
+const FINGER = 24;
 const SWITCHES = { markers: 'm', others: 'o', labels: 'n', ellipsoids: 'e', follow: 'f' };
 
 class Player extends Playing {
@@ -13,15 +15,51 @@ class Player extends Playing {
     by('others').closest('label').hidden = data.about.markers.every((marker) => marker.segment);
     this.switched();
     this.#picking();
+    this.#bands();
     // Bands of the line, and numbers of frames in tables.
     for (const element of document.querySelectorAll('[data-frame]')) {
       element.addEventListener('click', () => {
-        const { firstFrame, every } = this.data.about;
-        this.play(false);
-        this.go(Math.ceil((Number(element.dataset.frame) - firstFrame) / every));
-        if (element.closest('table')) by('view').scrollIntoView({ block: 'nearest' });
+        this.goTo(Number(element.dataset.frame));
+        if (element.closest('main section:not(#stage)')) by('view').scrollIntoView({ block: 'nearest' });
       });
     }
+  }
+
+  #bands() {
+    for (const button of document.querySelectorAll('[data-kind]')) {
+      button.addEventListener('click', () => this.band(button.dataset.kind));
+    }
+    by('bands')?.addEventListener('click', (event) => {
+      // A finger is wider than a short band: the nearest one is meant.
+      const away = (rect) => {
+        const { left, right, top, bottom } = rect.getBoundingClientRect();
+        const [x, y] = [event.clientX, event.clientY];
+        return Math.hypot(Math.max(left - x, 0, x - right), Math.max(top - y, 0, y - bottom));
+      };
+      const near = [...by('bands').querySelectorAll('rect')].map((rect) => [away(rect), rect]).sort(([a], [b]) => a - b)[0];
+      if (event.target === by('bands') && near && near[0] <= FINGER) this.goTo(Number(near[1].dataset.frame));
+    });
+  }
+
+  /** Stands still in the frame of this number in the file. */
+  goTo(number) {
+    const { firstFrame, every } = this.data.about;
+    this.play(false);
+    this.go(Math.ceil((number - firstFrame) / every));
+  }
+
+  /** Goes to the start of the next band, of a kind or of any; after the last one to the first. */
+  band(kind = '', back = false) {
+    const { firstFrame, every, bands } = this.data.about;
+    const starts = bands.filter(([, , words]) => words.startsWith(kind)).map(([start]) => Math.ceil((start - firstFrame) / every));
+    const sorted = [...new Set(starts)].sort((a, b) => (back ? b - a : a - b));
+    if (!sorted.length) return;
+    this.play(false);
+    this.go(sorted.find((start) => (back ? start < this.frame : start > this.frame)) ?? sorted[0]);
+  }
+
+  keys(key, event) {
+    return key === 'b' ? () => this.band('', event.shiftKey) : null;
   }
 
   switched() {
@@ -98,6 +136,7 @@ class Player extends Playing {
   told(number) {
     const said = this.data.about.bands.filter(([start, stop]) => start < number + this.data.about.every && number < stop);
     by('done').replaceChildren(...said.map(([, , words]) => Object.assign(document.createElement('p'), { textContent: words })));
+    return said.map(([, , words]) => words).join(', ');
   }
 
   /** Milliseconds for each of so many frames, the picture finished: for tests and measurements. */
@@ -117,7 +156,15 @@ class Player extends Playing {
   }
 }
 
+/** How much stands above the view, for the style sheet: the view takes the rest of the window. */
+function fit() {
+  const above = by('stage').getBoundingClientRect().top + scrollY;
+  document.documentElement.style.setProperty('--above', `${Math.round(above)}px`);
+}
+
 export const report = () => start((data) => {
+  fit();
+  addEventListener('resize', fit);
   const player = new Player(data, new Stage(data, by('view'), Figure));
   player.play(!matchMedia('(prefers-reduced-motion: reduce)').matches);
   return player;

@@ -76,8 +76,7 @@ export class Panel {
     by('counts').textContent = parts.join(' · ');
     by('undo').disabled = !assignment.past.length;
     by('save').textContent = `Save ${this.editor.fileName}`;
-    const done = this.editor.saved === this.editor.text();
-    by('state').textContent = done ? 'saved' : assignment.past.length ? 'changed, not saved' : '';
+    by('state').textContent = this.editor.state(this.editor.subject);
   }
 
   #chosen() {
@@ -86,7 +85,7 @@ export class Panel {
     const markers = [...selected];
     by('change').replaceChildren(...this.editor.said.map((line) => element('p', {}, plain(line))));
     if (!markers.length) {
-      box.replaceChildren(element('p', { className: 'dim' },
+      box.replaceChildren(...this.#next(), element('p', { className: 'dim' },
         'Pick a marker in the picture or in the list. With shift, or with “several”, you pick more, or draw a box around them.'));
       return;
     }
@@ -104,6 +103,44 @@ export class Panel {
       parts.push(...this.#fits(markers), ...(one >= 0 ? this.#mates(one) : []));
     }
     box.replaceChildren(...parts);
+  }
+
+  /** What to do next: words, and a button that begins with it. */
+  #next() {
+    const { editor, about } = this;
+    const { now } = editor.assignment;
+    const own = this.#own();
+    const open = own.filter((i) => about.markers[i].seen && !now[i].segment && !now[i].ignored);
+    const doubt = about.doubts.findIndex((_, k) => this.#openDoubt(k));
+    const placed = own.some((i) => now[i].segment);
+    const begin = (words, markers, button) => {
+      const made = element('button', { type: 'button', id: 'next' }, button);
+      made.addEventListener('click', () => editor.select(markers));
+      return [element('p', { id: 'step' }, words), element('p', { className: 'row' }, made)];
+    };
+    if (!placed && open.length) {
+      const groups = open.map((i) => open.filter((j) => about.markers[j].group >= 0 && about.markers[j].group === about.markers[i].group));
+      const largest = groups.reduce((best, group) => (group.length > best.length ? group : best), open.slice(0, 1));
+      const several = largest.length > 1;
+      return begin(
+        `No label is known yet. Begin with ${several ? `these ${largest.length} markers, which move together` : 'one marker'}: see where on the body ${several ? 'they are' : 'it is'}, then choose the segment.`,
+        largest, several ? `Select the ${largest.length}` : 'Select it');
+    }
+    if (doubt >= 0) {
+      const markers = about.doubts[doubt].markers.filter((i) => about.markers[i].subject === editor.subject);
+      return begin('Next: the first doubt below. See whether the marker sits where its name says; if not, choose another name or segment.', markers, 'Show it');
+    }
+    if (open.length) {
+      return begin(`Next: ${open.length === 1 ? 'one marker is' : `${open.length} markers are`} not placed. Choose a segment, or leave out on purpose what is no marker of the body.`, open.slice(0, 1), `Show ${plain(about.markers[open[0]].label)}`);
+    }
+    return [element('p', { id: 'step' }, editor.state(editor.subject) === 'saved' ? 'All is placed and saved: fit with this file.' : 'All is placed: save the file.')];
+  }
+
+  /** Whether a doubt is of this subject and not decided. */
+  #openDoubt(k) {
+    const { editor, about } = this;
+    const own = about.doubts[k].markers.filter((i) => about.markers[i].subject === editor.subject);
+    return own.length > 0 && !editor.settled.has(k) && !own.some((i) => editor.assignment.changed(i));
   }
 
   #title(markers) {
@@ -236,7 +273,7 @@ export class Panel {
       return element('li', { className: `${decided ? 'decided' : ''}${here ? ' picked' : ''}` }, tick, button);
     });
     const left = rows.filter((row) => !row.classList.contains('decided')).length;
-    by('doubts-head').textContent = mine.length ? `Doubts: ${left} of ${mine.length} left` : 'Doubts: none';
+    by('doubts-head').textContent = mine.length ? `Doubts: ${left} of ${mine.length} left` : `Doubts: none${this.#own().some((i) => assignment.now[i].segment) ? '' : ' yet'}`;
     by('doubts').replaceChildren(...rows);
   }
 

@@ -34,6 +34,7 @@ export class Playing {
   play(playing) {
     this.playing = playing && this.data.about.frames > 1;
     by('play').textContent = this.playing ? '❚❚' : '▶';
+    by('play').setAttribute('aria-label', this.playing ? 'Pause' : 'Play');
   }
 
   go(frame) {
@@ -50,8 +51,13 @@ export class Playing {
   /** Nothing is picked any more. */
   unpick() {}
 
-  /** What the page says of a frame, besides its number. */
-  told(number) {}
+  /** What a key does on this page alone. */
+  keys() {}
+
+  /** What the page says of a frame, besides its number; returns it as text. */
+  told() {
+    return '';
+  }
 
   #key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
@@ -64,6 +70,7 @@ export class Playing {
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const speed = by('speed');
     const step = (frames) => { this.play(false); this.go(this.frame + frames); };
+    const more = this.keys(key, event);
     const box = Object.keys(this.switches).find((id) => this.switches[id] === key);
     const run = {
       ' ': () => this.play(!this.playing),
@@ -75,6 +82,7 @@ export class Playing {
       '-': () => { speed.selectedIndex = Math.max(speed.selectedIndex - 1, 0); },
       Escape: () => this.unpick(),
       ...(VIEWS[key] && { [key]: () => this.stage.look(VIEWS[key]) }),
+      ...(more && { [key]: more }),
       ...(box && { [key]: () => by(box).click() }),
     }[key];
     if (!run) return;
@@ -99,7 +107,8 @@ export class Playing {
     by('scrub').value = frame;
     const number = this.data.number(frame);
     by('where').textContent = `frame ${number} · ${this.data.time(frame).toFixed(2)} s`;
-    this.told(number);
+    const said = this.told(number);
+    by('scrub').setAttribute('aria-valuetext', `frame ${number}${said && `, ${said}`}`);
   }
 }
 

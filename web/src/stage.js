@@ -3,7 +3,8 @@ import {
   Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { extent, most } from './extent.js';
+import { extent } from './extent.js';
+import { Framing } from './framing.js';
 
 // The share of the view's height or width that the figure fills.
 const FILLS = 0.9;
@@ -14,7 +15,7 @@ export class Stage {
   constructor(data, view, Figure) {
     this.data = data;
     this.view = view;
-    this.extent = extent(data);
+    this.reframe();
     this.figure = new Figure(data, this.extent.reach);
     this.renderer = new WebGLRenderer({ antialias: true });
     view.prepend(this.renderer.domElement);
@@ -28,6 +29,7 @@ export class Stage {
     this.scene.add(new HemisphereLight(0xffffff, 0x8890a0, 1.6), this.sun, this.figure.group);
     this.follow = false;
     this.followed = null;
+    this.framed = 0;
     this.stale = true;
     this.named = false;
     const names = document.getElementById('names');
@@ -44,6 +46,12 @@ export class Stage {
     new ResizeObserver(() => this.#resize()).observe(view);
     this.#resize();
     this.look('start');
+  }
+
+  /** Finds anew how much room the figure takes: it is another one. */
+  reframe() {
+    this.extent = extent(this.data);
+    this.framing = new Framing(this.data);
   }
 
   paint() {
@@ -74,8 +82,12 @@ export class Stage {
     if (!width || !height) return;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
+    const looks = this.camera.position.lengthSq() > 0;
+    const before = looks && this.#distance(this.frame);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    // A phone that is turned shows the figure as large as before.
+    if (looks) this.#come(this.#distance(this.frame) / before);
     this.stale = true;
   }
 
@@ -92,31 +104,30 @@ export class Stage {
     }[from].normalize();
     const target = this.#middle();
     this.controls.target.copy(target);
-    this.camera.position.copy(target).addScaledVector(away, this.#distance(away));
-    this.followed = this.#root(this.frame);
+    this.camera.position.copy(target).addScaledVector(away, this.#distance(this.frame, away));
+    this.#keep(this.frame);
     this.controls.update();
     this.stale = true;
   }
 
-  /** How far away the camera sees the whole figure, but for the wildest frames. */
-  #distance(away) {
-    const { poses, middle, reach } = this.extent;
+  /** How far away the camera sees the whole figure in and around a frame. */
+  #distance(frame, away = this.camera.position.clone().sub(this.controls.target).normalize()) {
     const tall = FILLS * Math.tan((this.camera.fov * Math.PI) / 360);
     const wide = tall * this.camera.aspect;
-    const right = new Vector3().crossVectors(this.up, away).normalize();
-    const up = new Vector3().crossVectors(away, right);
-    const point = new Vector3();
-    const needed = poses.map((pose) => Math.max(...pose.map((one) => {
-      point.subVectors(one, middle);
-      return point.dot(away) + Math.max(Math.abs(point.dot(right)) / wide, Math.abs(point.dot(up)) / tall);
-    })));
-    return Math.max(most(needed, 0.97) ?? 2 * reach / Math.min(tall, wide), 3 * this.camera.near);
+    const found = this.framing.known ? this.framing.distance(frame, away, this.up, tall, wide) : (2 * this.extent.reach) / Math.min(tall, wide);
+    return Math.max(found, 3 * this.camera.near);
   }
 
-  /** The middle of the figure's box, about its root in this frame; where it is not seen, of its whole way. */
+  /** Puts the camera so many times as far from what it looks at. */
+  #come(times) {
+    const { position } = this.camera;
+    position.sub(this.controls.target).multiplyScalar(times).add(this.controls.target);
+  }
+
+  /** The middle of the figure in a frame; where it is not seen, of its whole way. */
   #middle() {
     const at = this.#root(this.frame);
-    if (at) return at.add(this.extent.middle);
+    if (at) return at.add(this.framing.middle(this.frame));
     return this.extent.low.clone().lerp(this.extent.high, 0.5);
   }
 
@@ -137,17 +148,25 @@ export class Stage {
     return this.data.point(this.data.about.root, frame, at) ? at : null;
   }
 
+  /** Remembers for which frame the camera stands right. */
+  #keep(frame) {
+    this.followed = this.#root(frame)?.add(this.framing.middle(frame)) ?? null;
+    this.framed = frame;
+  }
+
+  /** Moves the camera with the figure, nearer where it is small; how near the user has gone stays as it is. */
   #keepUp(frame) {
-    const at = this.follow && this.#root(frame);
-    if (!at) return;
-    if (this.followed) {
-      const moved = at.clone().sub(this.followed);
-      this.controls.target.add(moved);
-      this.camera.position.add(moved);
-      this.camera.lookAt(this.controls.target);
-      this.camera.updateMatrixWorld();
-    }
-    this.followed = at;
+    if (!this.follow || !this.#root(frame)) return;
+    const was = this.followed;
+    const framed = this.framed;
+    this.#keep(frame);
+    if (!was) return;
+    const moved = this.followed.clone().sub(was);
+    this.controls.target.add(moved);
+    this.camera.position.add(moved);
+    this.#come(this.#distance(frame) / this.#distance(framed));
+    this.camera.lookAt(this.controls.target);
+    this.camera.updateMatrixWorld();
   }
 
   /** Where a place is on the screen, in pixels of the view. */

@@ -49,7 +49,7 @@ def write(fit: SkeletonFit, options: TrcOptions, source: Source) -> Rendered:
     """
     import numpy as np
 
-    from mocap_skel.clip import AXES, turn_between
+    from mocap_skel.clip import UPS, turn_between
 
     fit, made = options.fit_of(fit)
     tracks = {_one_word(title): track for title, track in fit.tracks()}
@@ -57,7 +57,7 @@ def write(fit: SkeletonFit, options: TrcOptions, source: Source) -> Rendered:
     up = options.up or fit.up
     turn = turn_between(fit.up, up)
     values = np.hstack([track @ turn.T for track in tracks.values()])
-    axes = ", ".join(AXES[int(row.argmax())] for row in turn)
+    axes = ", ".join(UPS[int(np.concatenate([row, -row]).argmax())] for row in turn)
     notes = [f"TRC: {up} up, its x, y, z are the clip's {axes}"] if up != fit.up else []
     notes += [f"TRC: {note}" for note in made]
     if changed:

@@ -24,17 +24,19 @@ from mocap_skel.labels.guess.names import (
     guess_names,
     meanings,
 )
-from mocap_skel.labels.guess.rigid import distances
+from mocap_skel.labels.guess.part import LEAST_ON_ROOT, figures
+from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
+from mocap_skel.labels.guess.running import nameless
 from mocap_skel.text import counted, listed
 
-# A root's pose needs so many markers.
-LEAST_ON_ROOT = 3
 # Markers of so many segments that move with no part of the body are a second body's.
 SECOND_BODY = 3
+# Share of the labels that may contradict the movement while the others are still worth a fit.
+FEW = 0.2
 
 _GUESS = ("mocap-skel", "assoc", "guess")
 
-__all__ = ["Guess", "Line", "check_sure", "guess_association", "in_words", "repeated"]
+__all__ = ["Guess", "Line", "check_sure", "doubts", "guess_association", "in_words", "repeated"]
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,8 @@ class Line:
         lost: it moves with no part of the body.
         computed: it is no marker, but a point that a model computed.
         seen: whether the clip has a sample of it.
+        elsewhere: it is placed, on a segment that no figure of the guess has.
+        aside: a stem and a running number beside a complete set: a trajectory that nobody has named.
     """
 
     label: str
@@ -64,9 +68,15 @@ class Line:
     lost: bool = False
     computed: bool = False
     seen: bool = True
+    elsewhere: bool = False
+    aside: bool = False
 
     @property
     def used(self) -> bool:
+        return self.sure and not self.elsewhere
+
+    @property
+    def sure(self) -> bool:
         return self.confidence in (HIGH, LIKELY)
 
 
@@ -78,32 +88,55 @@ class Guess:
         clip: the clip's name.
         skeleton: the standard human, or the shipped part of it that the clip shows.
         lines: one for each label, in the skeleton's order and then the clip's.
+        parts: other shipped parts of the human that the clip shows too, where it does not show its root.
     """
 
     clip: str
     skeleton: Skeleton
     lines: tuple[Line, ...]
+    parts: tuple[Skeleton, ...] = ()
 
     @property
     def used(self) -> tuple[Line, ...]:
-        """The lines that are sure enough to be used."""
+        """The lines that are sure enough to be used, for the figure and the other parts."""
         return tuple(line for line in self.lines if line.used)
 
+    @property
+    def may_be(self) -> int:
+        """How many labels may be markers of the figure: seen, not computed, not without a name."""
+        return sum(x.seen and not (x.computed or x.aside or x.elsewhere) for x in self.lines)
+
     def association(self) -> Association:
-        """The lines that are sure enough to be used, as an association that was read from a file."""
-        rules = (Rule(x.label, x.marker, x.segment, i) for i, x in enumerate(self.used, 1))
-        rest = tuple(_escaped(line.label) for line in self.lines if not line.used)
-        return Association("the guess", self.skeleton, tuple(rules), rest)
+        """The lines of the figure that are sure enough to be used, as an association that was read from a file."""
+        return self.associations()[0]
+
+    def associations(self) -> tuple[Association, ...]:
+        """One association for the figure, and one for each other part."""
+        found = []
+        for figure in (self.skeleton, *self.parts):
+            own = {segment.name for segment in figure.segments}
+            used = [line for line in self.used if line.segment in own]
+            rules = (Rule(x.label, x.marker, x.segment, i) for i, x in enumerate(used, 1))
+            rest = tuple(_escaped(line.label) for line in self.lines if line not in used)
+            found.append(Association("the guess", figure, tuple(rules), rest))
+        return tuple(found)
 
 
-def guess_association(clip: Clip, subject: str | None = None, how: Sequence[str] = ()) -> Guess:
-    """Guess which label is which marker of the standard human.
+def guess_association(
+    clip: Clip,
+    subject: str | None = None,
+    how: Sequence[str] = (),
+    figure: Skeleton | None = None,
+) -> Guess:
+    """Guess which label is which marker of the standard human, or of a part of it.
 
     Args:
         clip: the recording.
         subject: look at this one only. Without it, a label that several subjects have gets one line, and
             their movements have to agree.
         how: options that the clip was read with, for the commands that hints name.
+        figure: a part of the human, or another figure whose markers' names the labels are; None = the
+            human, or the parts of it that the clip shows.
 
     Raises:
         CallError: no label says which marker it is; or there is no such subject.
@@ -114,18 +147,26 @@ def guess_association(clip: Clip, subject: str | None = None, how: Sequence[str]
     ('RFWT', 'RFWT', 'high')
     """
     check_subject(clip, subject)
-    skeleton = shipped_skeletons()[STANDARD]
+    human = shipped_skeletons()[STANDARD]
     subjects = [name for name in clip.subject_names if subject in (None, name)]
     columns = {
         name: [i for i, whose in enumerate(clip.subjects) if whose == name] for name in subjects
     }
     labels = [clip.labels[i] for own in columns.values() for i in own]
-    named = guess_names(labels, skeleton.segment_of.items())
+    named = guess_names(labels, human.segment_of.items())
+    tree = human
+    if figure is not None:
+        named = {label: _own_name(guess, figure) for label, guess in named.items()}
+        there_are = {s.name for s in figure.segments}
+        if not there_are <= {s.name for s in human.segments}:
+            tree = figure
+            named = {x: g if g.segment in there_are else _no_name(g) for x, g in named.items()}
     verdicts: dict[str, list[Verdict]] = {label: [] for label in named}
     for own in columns.values():
+        own = _compared(clip, own, named, verdicts)
         guesses = [named[clip.labels[i]] for i in own]
         found = distances(clip.points[:, own])
-        for i, verdict in zip(own, weigh(guesses, found, skeleton, clip.frames), strict=True):
+        for i, verdict in zip(own, weigh(guesses, found, tree, clip.frames), strict=True):
             verdicts[clip.labels[i]].append(verdict)
     there = np.flatnonzero(np.isfinite(clip.points[..., 0]).any(axis=0))
     seen = {clip.labels[i] for i in there}
@@ -135,19 +176,46 @@ def guess_association(clip: Clip, subject: str | None = None, how: Sequence[str]
         for v in agreed
         if v.guess.confidence in (HIGH, LIKELY) and v.guess.label in seen
     )
-    skeleton = _figure(placed, skeleton)
-    lines = [replace(x, seen=x.label in seen) for x in _lines(agreed, skeleton)]
+    skeleton, *parts = figures(placed, human) if figure is None else (figure,)
+    lines = [replace(x, seen=x.label in seen) for x in _lines(agreed, (skeleton, *parts))]
+    lines = _without_nameless(lines)
     if not any(line.used for line in lines):
+        what = f"{clip.name}: no label says which marker"
+        what += " it is" if figure is None else f" of {figure.name!r} it is"
         raise CallError(
-            f"{clip.name}: no label says which marker it is: {listed(labels)}",
+            f"{what}: {listed(labels)}",
             f"{shlex.join([*_GUESS, clip.name, '--by-motion', *how, '-o', 'figure'])} finds a figure "
             "without names",
         )
-    return Guess(clip.name, skeleton, tuple(lines))
+    return Guess(clip.name, skeleton, tuple(lines), tuple(parts))
+
+
+def _compared(
+    clip: Clip, own: list[int], named: dict[str, NameGuess], verdicts: dict[str, list[Verdict]]
+) -> list[int]:
+    """The columns of a subject whose movement is compared, not too many; the others get their verdict here."""
+    if len(own) <= MOST:
+        return own
+    guesses = [named[clip.labels[i]] for i in own]
+    first = np.array([bool(guess.segment) for guess in guesses])
+    taken = set(most_seen(clip.points[:, own], first).tolist())
+    reason = (
+        f"one of more than {MOST} labels, and seen for a shorter time than others: not compared"
+    )
+    for k, guess in enumerate(guesses):
+        if k not in taken:
+            verdicts[guess.label].append(Verdict(NameGuess(guess.label, "", "", OPEN, reason)))
+    return [i for k, i in enumerate(own) if k in taken]
 
 
 def repeated(
-    subject: str | None, unit: str | None, rate: float | None, *, salvage: bool
+    subject: str | None,
+    unit: str | None,
+    rate: float | None,
+    *,
+    salvage: bool,
+    mirror: str | None = None,
+    clip_up: str | None = None,
 ) -> list[str]:
     """The options of a call that a command in a hint has to repeat.
 
@@ -155,21 +223,26 @@ def repeated(
     ['--salvage', '--subject', 'Ben', '--rate', '120.0']
     """
     words = ["--salvage"] if salvage else []
-    for option, value in (("--subject", subject), ("--unit", unit), ("--rate", rate)):
+    for option, value in (
+        ("--subject", subject), ("--unit", unit), ("--rate", rate),
+        ("--mirror", mirror), ("--clip-up", clip_up),
+    ):  # fmt: skip
         words += [] if value is None else [option, str(value)]
     return words
 
 
-def check_sure(guess: Guess, how: Sequence[str] = ()) -> None:
+def check_sure(guess: Guess, how: Sequence[str] = (), *, strict: bool = True) -> None:
     """Raise an error if a guess is not sure enough for a fit.
 
     It is sure enough if the root has three placed markers, if no clear name moves with another part of
     the body, and if at least half of the labels that may be markers are placed. Markers that the clip
-    never shows do not count.
+    never shows do not count, nor do trajectories that nobody has named.
 
     Args:
         guess: from `guess_association`.
         how: options that the clip was read with, for the command that the hint names.
+        strict: not even a few clear names may move with another part of the body; otherwise the others are
+            enough.
 
     Raises:
         CallError: it is not sure enough; says why, and which command writes the file to correct.
@@ -185,21 +258,32 @@ def check_sure(guess: Guess, how: Sequence[str] = ()) -> None:
     root = guess.skeleton.root.name
     placed = [line for line in guess.used if line.seen]
     on_root = [line for line in placed if line.segment == root]
-    may_be = [line for line in guess.lines if line.seen and not line.computed]
+    second_body = len({line.segment for line in guess.lines if line.lost}) >= SECOND_BODY
     trouble = ""
-    if against:
+    if against and (strict or second_body or len(against) > FEW * guess.may_be):
         trouble = f"names and motion contradict each other: {listed(against)}"
-        if len({line.segment for line in guess.lines if line.lost}) >= SECOND_BODY:
+        if second_body:
             trouble += "; is it a second person under the same labels?"
     elif len(on_root) < LEAST_ON_ROOT:
         found = listed(x.label for x in on_root) or "none"
         trouble = f"{root} needs three markers, and only {found} could be placed there"
-    elif 2 * len(placed) < len(may_be):
-        trouble = f"only {len(placed)} of {counted(len(may_be), 'label')} could be placed"
+    elif 2 * len(placed) < guess.may_be:
+        trouble = f"only {len(placed)} of {counted(guess.may_be, 'label')} could be placed"
     if trouble:
         raise CallError(
             f"{guess.clip}: which label is which marker? The guess is not sure: {trouble}", hint
         )
+
+
+def doubts(guess: Guess) -> str:
+    """The labels whose clear name contradicts the movement, each with the reason; "" for none.
+
+    >>> from mocap_skel import read_clip
+    >>> doubts(guess_association(read_clip("sample_data/range_of_motion.c3d")))
+    ''
+    """
+    against = [f"{x.label} ({x.reason})" for x in guess.lines if x.contradicted]
+    return f"; names and motion contradict each other: {listed(against, 20)}" if against else ""
 
 
 def in_words(guess: Guess) -> str:
@@ -214,39 +298,48 @@ def in_words(guess: Guess) -> str:
         f"{len(guess.used)} of {counted(len(guess.lines), 'label')} placed"
         f" ({counts[HIGH]} high, {counts[LIKELY]} likely)"
     )
+    if guess.skeleton.name != STANDARD:
+        names = " and ".join(figure.name for figure in (guess.skeleton, *guess.parts))
+        said += f"; of the figure {names}"
     unsure = [line.label for line in guess.lines if line.confidence == UNSURE]
     if unsure:
         said += f"; unsure and left out: {listed(unsure, 20)}"
     if len({line.segment for line in guess.lines if line.lost}) >= SECOND_BODY:
         said += "; that looks like a second person under the same labels"
-    rest = [x.label for x in guess.lines if x.confidence == OPEN and not x.computed]
+    rest = [x.label for x in guess.lines if x.confidence == OPEN and not (x.computed or x.aside)]
     if rest:
         said += f"; not placed: {listed(rest)}"
+    if beyond := [x.label for x in guess.lines if x.sure and x.elsewhere]:
+        said += f"; on no segment of the figure: {listed(beyond)}"
+    if aside := [line.label for line in guess.lines if line.aside]:
+        many = counted(len(aside), "unlabelled trajectory is", "unlabelled trajectories are")
+        said += f"; {many} set aside: {listed(aside)}"
     computed = sum(x.computed for x in guess.lines)
     if computed:
         said += f"; computed points, no markers: {computed}"
     return said
 
 
-def _figure(placed: Counter[str], human: Skeleton) -> Skeleton:
-    """The standard human, or the smallest shipped part of it if the clip does not show the human's root.
+def _own_name(guess: NameGuess, figure: Skeleton) -> NameGuess:
+    """The guess for a label, by a figure that has a marker of that name where the name says less."""
+    segment = figure.segment_of.get(guess.label)
+    placed = guess.segment in {s.name for s in figure.segments}
+    if segment is None or (placed and (guess.marker or guess.segment != segment)):
+        return guess
+    reason = f"a marker of {figure.name}"
+    return NameGuess(guess.label, segment, guess.label, HIGH, reason, 0)
 
-    Args:
-        placed: how many markers each segment has that the clip shows.
-        human: the standard human.
-    """
-    if placed[human.root.name] >= LEAST_ON_ROOT:
-        return human
-    names = {s.name for s in human.segments}
-    parts = []
-    for name, part in shipped_skeletons().items():
-        own = {s.name for s in part.segments}
-        if set(placed) <= own <= names and placed[part.root.name] >= LEAST_ON_ROOT:
-            parts.append((len(own), name, part))
-    if not parts:
-        return human
-    _, name, part = min(parts, key=lambda p: p[:2])
-    return replace(part, name=name)
+
+def _no_name(guess: NameGuess) -> NameGuess:
+    """The guess for a label whose place on the human is none on another figure."""
+    return NameGuess(guess.label, "", "", OPEN, guess.reason, computed=guess.computed)
+
+
+def _without_nameless(lines: list[Line]) -> list[Line]:
+    """The lines, those set aside that are no more than a running number."""
+    says_nothing = [x.label for x in lines if x.confidence == OPEN and not x.computed]
+    aside = nameless(says_nothing, sum(line.used for line in lines))
+    return [replace(line, aside=line.label in aside) for line in lines]
 
 
 def _agreed(verdicts: list[Verdict]) -> Verdict:
@@ -260,12 +353,18 @@ def _agreed(verdicts: list[Verdict]) -> Verdict:
     return Verdict(NameGuess(first.label, "", "", OPEN, reason))
 
 
-def _lines(verdicts: list[Verdict], skeleton: Skeleton) -> list[Line]:
-    """One line for each label, with a marker's name that no other has."""
-    standard = skeleton.segment_of
+def _lines(verdicts: list[Verdict], figures: Sequence[Skeleton]) -> list[Line]:
+    """One line for each label, with a marker's name that no other has.
+
+    Args:
+        verdicts: one for each label.
+        figures: the guess's own, then other parts of the human that the clip shows.
+    """
+    standard = {m: s for figure in reversed(figures) for m, s in figure.segment_of.items()}
     known = {**dialects().landmarks, **standard}
     taken = {v.guess.marker for v in verdicts if v.guess.marker}
-    rank = {s.name: i for i, s in enumerate(skeleton.segments)}
+    segments = [s.name for figure in figures for s in figure.segments]
+    rank = {name: i for i, name in enumerate(segments)}
     lines = []
     for verdict in verdicts:
         guess = verdict.guess
@@ -290,6 +389,7 @@ def _lines(verdicts: list[Verdict], skeleton: Skeleton) -> list[Line]:
             Line(
                 guess.label, name, guess.segment, name in standard, confidence, reason,
                 verdict.contradicted, guess.lost, guess.computed,
+                elsewhere=bool(guess.segment) and guess.segment not in rank,
             )
         )  # fmt: skip
     markers = {m: i for i, m in enumerate(standard)}

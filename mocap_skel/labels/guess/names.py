@@ -74,6 +74,14 @@ def guess_names(
     >>> found["point 7"].reason
     'the name says nothing'
     """
+    return dict(_guessed(tuple(labels), tuple(standard)))
+
+
+# Subjects, sizes and the guess itself ask the same of one clip.
+@lru_cache(64)
+def _guessed(
+    labels: tuple[str, ...], standard: tuple[tuple[str, str], ...]
+) -> dict[str, NameGuess]:
     known = _Labels(labels, dict(standard))
     return _one_each({label: known.guess(label) for label in dict.fromkeys(labels)})
 

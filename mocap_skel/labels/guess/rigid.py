@@ -12,6 +12,10 @@ Array = NDArray[np.float64]
 
 # Frames that are summed at once: their features then stay in the cache.
 CHUNK = 64
+MOST = 400
+"""Markers that are compared with each other at the most: a table of pairs grows with the square of their number.
+The largest marker sets have some 150, with both hands and a face 300."""
+
 # Multiplications of one product that OpenBLAS leaves to one thread.
 ONE_THREAD = 250_000
 # Fewer frames together say nothing about a distance.
@@ -93,12 +97,35 @@ def _sums(left: list[Array], right: list[Array]) -> Array:
     """
     count = len(left[0])
     a, b = (np.concatenate(side, axis=1).reshape(count, -1) for side in (left, right))
-    width = max(ONE_THREAD // count**2, 1)
+    if 4 * count**2 > ONE_THREAD:
+        # The blocks below have a table of all pairs each: hundreds of them where there are many markers.
+        return np.asarray(a @ b.T)
+    width = ONE_THREAD // count**2
     whole = a.shape[1] // width * width
     blocks = (s[:, :whole].reshape(count, -1, width).swapaxes(0, 1) for s in (a, b))
     one, other = blocks
     total = (one @ other.swapaxes(1, 2)).sum(axis=0) if whole else 0.0
     return np.asarray(total + a[:, whole:] @ b[:, whole:].T)
+
+
+def most_seen(points: Array, first: NDArray[np.bool_], most: int = MOST) -> NDArray[np.intp]:
+    """Which markers to compare where there are too many: the first ones, then those that are seen longest.
+
+    Args:
+        points: (F, M, 3), NaN = missing.
+        first: (M,) markers that go before all others.
+        most: how many are taken.
+
+    Returns:
+        Their columns, in the clip's order.
+
+    >>> gappy = np.ones((4, 3, 3))
+    >>> gappy[1:, 1] = np.nan
+    >>> most_seen(gappy, np.array([False, False, True]), 2).tolist()
+    [0, 2]
+    """
+    seen = np.isfinite(points[..., 0]).sum(axis=0)
+    return np.sort(np.lexsort((-seen, ~first))[:most])
 
 
 def _middles(points: Array) -> Array:

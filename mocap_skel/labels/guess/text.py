@@ -33,8 +33,9 @@ def association_text(guess: Guess) -> str:
     parts = [_HEAD.format(clip=_plain(guess.clip), counts=f"{len(guess.lines)} labels: {said}.")]
     if guess.skeleton.name != STANDARD:
         parts[0] += f"@skeleton {guess.skeleton.name}\n"
+    own = {segment.name for segment in guess.skeleton.segments}
     for segment, lines in groupby(guess.lines, key=lambda x: x.segment):
-        rows = [_row(line) for line in lines]
+        rows = [_row(line, own) for line in lines]
         widths = [max(len(words[i]) for words, _ in rows) for i in range(3)]
         parts.append(f"# {segment}" if segment else "# Not placed")
         for words, comment in rows:
@@ -44,15 +45,23 @@ def association_text(guess: Guess) -> str:
     return "\n".join(parts).rstrip() + "\n"
 
 
-def _row(line: Line) -> tuple[tuple[str, str, str], str]:
-    """The three words of a line, "" where there is none, and its comment."""
+def _row(line: Line, own: set[str]) -> tuple[tuple[str, str, str], str]:
+    """The three words of a line, "" where there is none, and its comment.
+
+    Args:
+        line: the guess for a label.
+        own: the segments of the file's figure.
+    """
+    used = line.used and line.segment in own
     label = quoted(line.label)
     # The word ignore with one other would drop labels.
     whole = not line.standard or line.label.lower() == "ignore"
     marker, segment = quoted(line.marker) if line.marker else "", line.segment if whole else ""
-    if not line.used:
+    if not used:
         label = f"# {label}"
-    kept = line.confidence if line.used or line.confidence == UNSURE else "not placed"
+    kept = line.confidence if used or line.confidence == UNSURE else "not placed"
+    if line.sure and line.segment not in own:
+        kept = "not of this figure"
     never = "" if line.seen else "; never seen in the clip"
     return (label, marker, segment), f"{kept}: {_plain(line.reason)}{never}"
 

@@ -48,5 +48,7 @@ def read(path: Path, salvage: bool = False) -> RawClip:
         first_frame=found.first_frame,
         computed=computed_points(point),
         earlier=added_points(point),
+        rescale=found.rescale,
+        scale_names=found.scale_names,
         notes=found.notes,
     )

@@ -30,6 +30,10 @@ def read_contents(path: Path, salvage: bool) -> Contents:
         OSError: it cannot be opened.
     """
     found = survey(path)
+    if not found.layout.points and found.rotations:
+        raise ClipError(
+            "it holds rotations of segments and no markers", "export the markers' places as well"
+        )
     if not found.layout.points:
         raise ClipError(f"no points in it (points: 0, frames: {found.layout.declared})")
     # ezc3d has no way to read them.
@@ -37,7 +41,12 @@ def read_contents(path: Path, salvage: bool) -> Contents:
     reasons = (*_cut_off(found, salvage), *mips, *found.doubts, *found.contradictions)
     raw = _without_ezc3d(path, "; ".join(reasons)) if reasons else _with_ezc3d(path, found)
     raw = checked(raw, found, salvage)
-    raw = replace(raw, notes=(*raw.notes, *found.remarks()))
+    raw = replace(
+        raw,
+        notes=(*raw.notes, *found.remarks()),
+        rescale=found.rescale,
+        scale_names=found.scale_names,
+    )
     if found.layout.tail < found.layout.stride + BLOCK:
         return raw
     note = f"the file goes on after the {found.layout.declared} frames that it says it has"
@@ -78,6 +87,8 @@ def _with_ezc3d(path: Path, found: Survey) -> Contents:
         raw = with_ezc3d.read(path, found)
     except ClipError as refusal:
         return _without_ezc3d(path, str(refusal))
+    if raw.invalid.size and raw.invalid.all():
+        return _without_ezc3d(path, "no residual is above zero")
     if raw.length > len(raw.points):
         return _short(raw, path)
     return raw if _agrees(raw, found) else _smoother(raw, path)

@@ -24,6 +24,7 @@ class Contents:
         length: frames that the file holds; more than there are in `points` if the library came back short.
         parameters: the POINT and TRIAL groups.
         reader: what read it.
+        rescale, scale_names: as `RawClip` has them.
         notes: what was decided while reading, one sentence each.
     """
 
@@ -35,6 +36,8 @@ class Contents:
     parameters: Groups
     reader: str = "ezc3d"
     notes: tuple[str, ...] = ()
+    rescale: float = 1.0
+    scale_names: tuple[str, str] = ("", "")
 
 
 def number(value: Any) -> float:

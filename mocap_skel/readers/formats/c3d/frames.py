@@ -35,7 +35,8 @@ def frame_count(
     Args:
         claims: frames by POINT:FRAMES and by the header, without those that say nothing.
         first: the number of the first frame.
-        groups: the file's parameters; POINT:LONG_FRAMES and TRIAL:ACTUAL_…_FIELD are longer.
+        groups: the file's parameters; POINT:LONG_FRAMES and TRIAL:ACTUAL_…_FIELD are longer. PhaseSpace
+            writes the right count there only.
         room: whole frames for which the file has the bytes.
         fills: whether so many frames end where the file does.
 
@@ -43,11 +44,7 @@ def frame_count(
         More than `room` where no claim is that small. Where only the size of the file tells, the
         padding of its last block counts as frames: see `without_padding`.
     """
-    trial, point = groups.get("TRIAL", {}), groups.get("POINT", {})
-    start, end = (_long(trial.get(f"ACTUAL_{at}_FIELD")) for at in ("START", "END"))
-    longer = [int(number(point.get("LONG_FRAMES")))]
-    if 0 < start <= end:
-        longer.append(end - start + 1)
+    longer = long_counts(groups)
     counted = claims[0] if claims else 0
     # A cut clip may keep the take's numbers here too: only a count that 16 bits cannot hold and
     # that the file has the bytes for is believed, or one that the short counters are the rest of.
@@ -57,7 +54,8 @@ def frame_count(
     cut = [n for n in longer if n > WORD and all(c in (WORD, n & WORD) for c in claims)]
     if claims and cut:
         return max(cut)
-    exact = [n for n in claims if fills(n)]
+    # Of the longer counts too, where no short one ends where the file does.
+    exact = [n for n in claims if fills(n)] or [n for n in longer if fills(n)]
     if exact:
         return max(exact)
     # ezc3d writes a longer clip with -1 for its length and nothing beside it.
@@ -65,6 +63,20 @@ def frame_count(
         return max(room, WORD)
     fitting = [n for n in claims if n <= room]
     return fitting[0] if fitting else min(claims, default=room)
+
+
+def long_counts(groups: Groups) -> list[int]:
+    """Frames by the parameters of 32 bits: POINT:LONG_FRAMES, and the last number less the first.
+
+    PhaseSpace has the numbers in POINT, all others in TRIAL.
+    """
+    found = [int(number(groups.get("POINT", {}).get("LONG_FRAMES")))]
+    for name in ("TRIAL", "POINT"):
+        group = groups.get(name, {})
+        start, end = (group.get(f"ACTUAL_{at}_FIELD") for at in ("START", "END"))
+        if start is not None and end is not None and _long(end) > 0:
+            found.append(_long(end) - _long(start) + 1)
+    return [n for n in found if n > 0]
 
 
 def without_padding(data: NDArray[Any], said: int) -> int:

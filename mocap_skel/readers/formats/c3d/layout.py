@@ -19,6 +19,8 @@ from mocap_skel.readers.raw import FARTHEST
 
 _PLACES = 48
 _GUESSES = 8
+# Numbers of frames that nobody may have meant: 1, and as many as 16 bits hold, counted from 1 or from 0.
+_EMPTY = {1, WORD, WORD + 1}
 # Steps that can be those of tracks, as `relative_step` counts.
 _SMOOTH = 0.4
 
@@ -102,19 +104,38 @@ def find(
             if smooth < min(_SMOOTH, step / 3):
                 best = other
     declared = frame_count(claims, first, section.groups, best.room, lambda n: best.fills(size, n))
+    if _says_nothing(declared, best, size, claims, read):
+        declared = best.room
     best = replace(
         best,
         declared=declared,
-        sure=min(claims, default=declared),
+        sure=min([*claims, declared]),
         tail=max(0, size - best.start - declared * best.stride),
     )
     return best, tuple(_contradictions(best, claims, header, section))
 
 
+def _says_nothing(declared: int, layout: Layout, size: int, claims: list[int], read: Read) -> bool:
+    """Whether a number of frames is what a counter says that nobody set, and the file's end tells more.
+
+    Such counters say 1, or all that 16 bits hold. A file that is cut off ends in the middle of a frame or of
+    a block; one that is whole has nothing but the zeros of its last block behind its last frame.
+    """
+    if not claims or not {*claims, declared} <= _EMPTY:
+        return False
+    if not 1 < layout.room < WORD or layout.fills(size, 1) or size % BLOCK:
+        return False
+    return not read(layout, layout.room, 1).any()
+
+
 def _claims(header: Header, groups: Groups) -> list[int]:
     """Frames by the parameters, which is unsigned whatever it says, and by the header."""
     counted = unsigned(groups.get("POINT", {}).get("FRAMES"))
-    return [n for n in dict.fromkeys([counted, header.frames]) if n > 0]
+    # Frames are counted from 1. Who writes a first frame 0 may mean that, or count from 0.
+    by_header = [header.frames, header.last] if header.first == 0 else [header.frames]
+    if not header.last:
+        by_header = []
+    return [n for n in dict.fromkeys([counted, *by_header]) if n > 0]
 
 
 def analog_words(header: Header, groups: Groups) -> int | None:
@@ -141,7 +162,8 @@ def _said(size: int, header: Header, section: Section) -> Iterator[Layout]:
     after = -(-section.end // BLOCK)
     starts = [(n - 1) * BLOCK for n in blocks if section.start < (n - 1) * BLOCK < size]
     starts = starts or [after * BLOCK]
-    known = [n for n in analogs if n is not None]
+    # Without a group for them there are none, whatever the header says.
+    known = [n or 0 for n in analogs]
     for start, count, values, width in product(
         *(list(dict.fromkeys(several)) for several in (starts, points, known, widths))
     ):
@@ -260,6 +282,7 @@ def _contradictions(
     for where, scale in (("the header", header.scale), ("POINT:SCALE", number(point.get("SCALE")))):
         if scale and (4 if scale < 0 else 2) != layout.width:
             yield f"{where} says that the points are {kinds[6 - layout.width]}, which they are not"
+    empty = {*claims} <= _EMPTY and layout.declared < WORD and layout.declared not in claims
     for count in claims:
-        if layout.declared <= layout.room < count != WORD:
+        if layout.declared <= layout.room and (empty or layout.room < count != WORD):
             yield f"the file says {count} frames and has {layout.declared}"

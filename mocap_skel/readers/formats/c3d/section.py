@@ -141,7 +141,7 @@ def _section(head: bytes, start: int) -> Section | None:
     elif MACHINES[head[start + 3]] != "MIPS" and not _plausible(head, machine):
         # Intel and DEC differ in their floats only.
         other = "DEC" if machine == "INTEL" else "INTEL"
-        if _plausible(head, other):
+        if _plausible(head, other) and not _scaled(head, machine):
             faults.append(f"its numbers are not those of {machine}: taken for {other}")
             machine = other
     data = (_header(head, machine).data_block - 1) * BLOCK
@@ -166,6 +166,11 @@ def _guessed(head: bytes) -> str:
 def _plausible(head: bytes, machine: str) -> bool:
     """Whether the header's frame rate is one: a number of everyday size on one machine only."""
     return 0.1 <= _header(head, machine).rate <= 1e5
+
+
+def _scaled(head: bytes, machine: str) -> bool:
+    """Whether the header's scale is one on this machine: then only its frame rate is wrong."""
+    return 1e-6 <= abs(_header(head, machine).scale) <= 1e4
 
 
 def _is_entry(head: bytes, at: int) -> bool:

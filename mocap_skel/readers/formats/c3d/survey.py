@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,7 @@ from mocap_skel.readers.formats.c3d.frames import WORD, first_frame, unsigned
 from mocap_skel.readers.formats.c3d.layout import Layout
 from mocap_skel.readers.formats.c3d.machine import dtype, native, numbers
 from mocap_skel.readers.formats.c3d.section import Header, Section
+from mocap_skel.readers.raw import FASTEST, SLOWEST
 
 
 @dataclass(frozen=True)
@@ -44,9 +46,10 @@ class Survey:
     def remarks(self) -> Iterator[str]:
         """What the file says in two ways without harm to its readers, one phrase each."""
         point, header, layout = self.section.groups.get("POINT", {}), self.header, self.layout
-        rate, scale = number(point.get("RATE")), number(point.get("SCALE"))
+        rate = number(point.get("RATE"))
         if rate > 0 and header.rate > 0 and abs(rate - header.rate) > 1e-3 * rate:
-            yield f"POINT:RATE is {rate:g} Hz, the header's {header.rate:g}; the first is taken"
+            which = "first" if self.rate == rate else "second"
+            yield f"POINT:RATE is {rate:g} Hz, the header's {header.rate:g}; the {which} is taken"
         said = unsigned(point.get("FRAMES"))
         # Counts past 16 bits stand elsewhere, and what the file has no room for is told apart.
         short = max(said, header.frames, layout.declared, header.last) < WORD
@@ -58,16 +61,39 @@ class Survey:
             )
         if layout.width == 4:
             return
-        if not (scale or self.header.scale):
+        if not (number(point.get("SCALE")) or self.header.scale):
             yield "no scale for integer points: taken as 1"
-        elif scale and header.scale and abs(abs(scale / header.scale) - 1) > 1e-3:
-            yield f"POINT:SCALE is {scale:g}, the header's {header.scale:g}; the first is taken"
 
     @property
     def scale(self) -> float:
         """What integers are to be multiplied with."""
         said = number(self.section.groups.get("POINT", {}).get("SCALE"))
         return abs(said or self.header.scale) or 1.0
+
+    @property
+    def rescale(self) -> float:
+        """The header's scale as a part of `scale`; 1 where they are the same, or nothing is scaled."""
+        said = number(self.section.groups.get("POINT", {}).get("SCALE"))
+        if self.layout.width == 4 or not said or not self.header.scale:
+            return 1.0
+        ratio = abs(self.header.scale / said)
+        return ratio if abs(ratio - 1) > 1e-3 else 1.0
+
+    @property
+    def scale_names(self) -> tuple[str, str]:
+        """The two scales, for messages."""
+        return f"POINT:SCALE {self.scale:g}", f"the header's {abs(self.header.scale):g}"
+
+    @property
+    def rate(self) -> float:
+        """Frames a second by the parameters, or by the header where only that may be; 0 without any."""
+        said = number(self.section.groups.get("POINT", {}).get("RATE")), self.header.rate
+        return next((r for r in said if SLOWEST <= r <= FASTEST), said[0] or said[1])
+
+    @property
+    def rotations(self) -> bool:
+        """Whether the file holds rotations of segments."""
+        return number(self.section.groups.get("ROTATION", {}).get("USED")) > 0
 
     def read(self, first: int, count: int) -> NDArray[np.float32]:
         """Values of frames, (frames, points, 4): as `read_frames`."""
@@ -82,7 +108,9 @@ class Survey:
         stride = self.layout.stride
         at = self.base + self.layout.start + first * stride
         found = np.fromfile(self.path, np.uint8, count * stride, offset=at)
-        return np.pad(found, (0, count * stride - len(found))).reshape(count, stride)
+        if len(found) < count * stride:
+            found = np.concatenate([found, np.zeros(count * stride - len(found), np.uint8)])
+        return found.reshape(count, stride)
 
     def values(self, found: NDArray[np.uint8]) -> NDArray[np.float64]:
         """Bytes as the numbers that the points are made of."""
@@ -116,6 +144,8 @@ def survey(path: Path) -> Survey:
         lambda one, at, count: read_frames(path, base, one, at, count),
     )
     doubts = [*parameters.faults, *_missing(header, parameters.groups)]
+    if found.frames * _analog_samples(header, parameters.groups) > size:
+        doubts.append("its analog rate makes more samples than it has bytes")
     if base:
         doubts.append(f"{base} zeros stand before its header")
     if number(parameters.groups.get("ROTATION", {}).get("USED")):
@@ -163,6 +193,14 @@ def _missing(header: Header, groups: Groups) -> Iterator[str]:
         yield "ANALOG:OFFSET holds no integers"
     if "LABELS" in analog and not texts(analog, "LABELS") and used:
         yield "ANALOG:LABELS is no list of text"
+
+
+def _analog_samples(header: Header, groups: Groups) -> float:
+    """Samples of an analog channel in a frame: ezc3d takes some hundred bytes for each, channels or not."""
+    rate = number(groups.get("POINT", {}).get("RATE")) or header.rate
+    analog = abs(number(groups.get("ANALOG", {}).get("RATE")))
+    by_rates = analog / abs(rate) if rate else (math.inf if analog else 0.0)
+    return max(by_rates, float(header.samples))
 
 
 def _parts(group: dict[str, Any], name: str) -> list[Any]:

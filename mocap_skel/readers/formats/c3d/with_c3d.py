@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from mocap_skel.errors import reason
-from mocap_skel.readers.formats.c3d.contents import Contents, Groups, decoded, number
+from mocap_skel.readers.formats.c3d.contents import Contents, Groups, decoded
 from mocap_skel.readers.formats.c3d.frames import without_padding
 from mocap_skel.readers.formats.c3d.machine import numbers
 from mocap_skel.readers.formats.c3d.survey import survey
@@ -55,13 +55,20 @@ def read(path: Path) -> Contents:
     # A zero has no sign here: some write -0.0 for a point without a residual.
     with np.errstate(invalid="ignore"):
         invalid = data[..., 3] < 0
+    if invalid.all() and points.any():
+        # Who gives no point a residual means none of them to be missing.
+        invalid = (points == 0).all(axis=-1)
+        notes = (
+            *notes,
+            "every residual says that its point is missing: the residuals are not used",
+        )
     if layout.width == 2:
         points *= found.scale
     points[invalid] = np.nan
     return Contents(
         points=points,
         invalid=invalid,
-        rate=number(point.get("RATE")) or found.header.rate,
+        rate=found.rate,
         first_frame=found.first_frame,
         length=len(data),
         parameters={"POINT": point, "TRIAL": groups.get("TRIAL", {})},

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mocap_skel.errors import ClipError, ours, refusals
-from mocap_skel.readers.formats.c3d.contents import Contents, decoded, number
+from mocap_skel.readers.formats.c3d.contents import Contents, decoded
 from mocap_skel.readers.formats.c3d.frames import without_padding
 from mocap_skel.readers.formats.c3d.survey import Survey, survey
 
@@ -41,8 +41,7 @@ def read(path: Path, found: Survey | None = None) -> Contents:
     return Contents(
         points=np.ascontiguousarray(points[:there]),
         invalid=(content["data"]["meta_points"]["residuals"][0] < 0).T[:there],
-        rate=number(groups["POINT"].get("RATE"))
-        or float(content["header"]["points"]["frame_rate"]),
+        rate=found.rate,
         first_frame=found.first_frame,
         length=max(there, _length(found, there)),
         parameters=groups,

@@ -1,0 +1,36 @@
+"""What a clip lacks that shows no figure, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocap_skel.clip import Clip
+from mocap_skel.labels.guess.rigid import distances
+
+# Metres: a face's markers change their distances less, and lie within a head.
+FACE, HEAD = 0.03, 0.35
+# Fewer points are any segment's.
+LEAST = 8
+
+
+def what_is_missing(clip: Clip) -> str:
+    """Why a clip can show no joints, "" if nothing is in the way.
+
+    >>> from dataclasses import replace
+    >>> from mocap_skel import read_clip
+    >>> clip = read_clip("sample_data/nearly_still.c3d")
+    >>> what_is_missing(clip), what_is_missing(replace(clip, points=clip.points[:1]))
+    ('', 'it has a single frame, and joints show only where segments move')
+    """
+    if clip.frames == 1:
+        return "it has a single frame, and joints show only where segments move"
+    seen = np.isfinite(clip.points[..., 0]).any(axis=0)
+    if seen.sum() >= LEAST:
+        found = distances(clip.points[:, seen])
+        spread, mean = (x[np.isfinite(x)] for x in (found.spread, found.mean))
+        if len(spread) and spread.max() < FACE and mean.max() < HEAD:
+            return (
+                f"its {seen.sum()} points keep their distances within {1e3 * spread.max():.0f} mm, as on a "
+                "face, a head or one object: there are no segments that move against each other"
+            )
+    return ""
