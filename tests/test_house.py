@@ -17,6 +17,7 @@ PLAN = (
     ("report",),
     ("export",),
     ("results",),
+    ("gait",),
     ("angles", "rig"),
     ("fit",),
     ("labels",),
@@ -27,7 +28,7 @@ PLAN = (
     ("figure",),
     ("spherefit",),
     ("clip", "extras", "text"),
-    ("errors", "version"),
+    ("errors", "events", "version"),
 )
 FLOOR = {room: floor for floor, rooms in enumerate(reversed(PLAN)) for room in rooms}
 

@@ -12,6 +12,7 @@ import numpy as np
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, FitError
 from mocap_skel.export.files import check_free, safe_name, write_all
+from mocap_skel.gait.events import foot_events
 from mocap_skel.pipeline.job import Job, fit_file, static_fits, static_of
 from mocap_skel.pipeline.limits import limited
 from mocap_skel.report.angle_figure import angles_figure
@@ -86,7 +87,8 @@ def draw(path: Path, job: Job, wanted: Drawing) -> Drawn:
             )
         if wanted.plot == "angles":
             static = static_of(static_fits(job), actors[0].fit)
-            drawn, caption = angles_figure(actors[0], path.name, static)
+            events = foot_events(actors[0].fit, found.clip)
+            drawn, caption = angles_figure(actors[0], path.name, static, events)
         else:
             drawn, caption = OVER_TIME[wanted.plot](actors[0], path.name)
     content = picture(drawn, caption, target.suffix[1:].lower())

@@ -15,6 +15,23 @@ SLOWEST, FASTEST = 1.0, 1e4
 (10,000 with a few lines of their picture). Picked by eye; a call may say otherwise."""
 
 
+@dataclass(frozen=True)
+class RawEvent:
+    """A moment that a file gives a name, as it stands there.
+
+    Attributes:
+        time: seconds since frame 1; since the clip's first frame in files that count so.
+        label: its name.
+        context: left, right or something else, in the file's word, "" where it does not say.
+        subject: whose it is, "" where the file does not say.
+    """
+
+    time: float
+    label: str
+    context: str = ""
+    subject: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class RawClip:
     """A file's points and what it says of them. A new format's reader fills in what its files have.
@@ -34,6 +51,7 @@ class RawClip:
             are; 1 where it does not give two.
         scale_names: what the file calls the two, for messages.
         notes: what was decided while reading, one sentence each.
+        events: the moments that the file gives a name.
     """
 
     points: NDArray[np.float64]
@@ -48,3 +66,4 @@ class RawClip:
     rescale: float = 1.0
     scale_names: tuple[str, str] = ("its first scale", "its second scale")
     notes: tuple[str, ...] = ()
+    events: tuple[RawEvent, ...] = ()

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from mocap_skel.angles.joint_angles import joint_angles
+from mocap_skel.events import OFF
+from mocap_skel.gait.events import FootEvents
 from mocap_skel.report.figures import figure, plain
 from mocap_skel.report.pose_figures import Actor
 from mocap_skel.report.time_figures import SIDE_LOOK, caption, legend, limits, tidy, titled
@@ -15,10 +17,12 @@ from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed
 
 # Degrees: no axis shows less, or noise would look like movement.
-_LEAST_SPAN = 20.0
+LEAST_SPAN = 20.0
 
 
-def angles_figure(actor: Actor, title: str, static: SkeletonFit | None = None) -> tuple[Any, str]:
+def angles_figure(
+    actor: Actor, title: str, static: SkeletonFit | None = None, events: FootEvents | None = None
+) -> tuple[Any, str]:
     """Draw the three angles of every joint against time, left and right in one panel, with their standard errors.
 
     The band is one standard error to each side. It says how far a line may be shifted, not how it shakes.
@@ -27,6 +31,7 @@ def angles_figure(actor: Actor, title: str, static: SkeletonFit | None = None) -
         actor: the fit that is drawn.
         title: of the clip.
         static: the same subject in a static clip, whose mean pose is neutral.
+        events: of the same subject, which become lines.
 
     Returns:
         The matplotlib figure, and what its caption has to say.
@@ -39,6 +44,7 @@ def angles_figure(actor: Actor, title: str, static: SkeletonFit | None = None) -
     for row, (name, members) in zip(grid, groups.items(), strict=False):
         for part, axes in enumerate(row):
             _panel(axes, found.time, [found.joints[i] for i in members], part)
+            _mark(axes, events, found.time)
             axes.set_title(found.joints[members[0]].rule.parts[part], fontsize=8)
         row[0].set_ylabel(f"{plain(name)}\n(degrees)", fontsize=8)
     for axes in grid[-1]:
@@ -50,8 +56,26 @@ def angles_figure(actor: Actor, title: str, static: SkeletonFit | None = None) -
     return drawn, caption(
         actor, "band: ± one standard error: how far a line may be shifted as a whole, not how it shakes",
         "neutral: the static clip's mean pose" if static is not None else "",
-        missing and f"no angles: {listed(missing, 14)}",
+        _told(events), missing and f"no angles: {listed(missing, 14)}",
     )  # fmt: skip
+
+
+def _mark(axes: Any, events: FootEvents | None, time: Any) -> None:
+    """A line for each event: of a foot that leaves the ground dashed, of one that strikes it not."""
+    for event in events.events if events is not None else ():
+        if time[0] <= event.time <= time[-1]:
+            colour = SIDE_LOOK[event.side][0]
+            line = "--" if event.foot == OFF else "-"
+            axes.axvline(event.time, color=colour, linestyle=line, linewidth=0.5, alpha=0.6)
+
+
+def _told(events: FootEvents | None) -> str:
+    """What the lines are; "" without any."""
+    if events is None or not events.events:
+        return ""
+    found = any(event.source == "found" for event in events.events)
+    words = "foot contacts that were found" if found else "events of the file"
+    return f"upright lines: {words}, dashed where a foot leaves the ground"
 
 
 def _panel(axes: Any, time: Any, joints: list[Any], part: int) -> None:
@@ -69,7 +93,7 @@ def _panel(axes: Any, time: Any, joints: list[Any], part: int) -> None:
         axes.plot(time, values, color=colour, linewidth=0.9)
         drawn += [values, values - error, values + error]
     if drawn:
-        limits(axes, np.concatenate(drawn), _LEAST_SPAN, 0.0)
+        limits(axes, np.concatenate(drawn), LEAST_SPAN, 0.0)
     else:
         axes.set_yticks([])
         axes.text(

@@ -16,10 +16,11 @@ import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.export.registry import Chosen, Format, Options, Rendered, Source
+from mocap_skel.gait.events import foot_events
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
-from mocap_skel.report.bands import Band, bands_of, legend, meanings, strip
+from mocap_skel.report.bands import EVENT, Band, bands_of, event_bands, legend, meanings, strip
 from mocap_skel.report.coverage import COLOURS, coverage_map
 from mocap_skel.report.ellipsoid import ERRORS
 from mocap_skel.report.headline import Finding, findings
@@ -62,7 +63,9 @@ class PageContent:
 def page(content: PageContent) -> str:
     """The text of the whole page, one HTML file that loads nothing."""
     fit, shown = content.fit, moving(content.fit)
-    bands, found = bands_of(shown), findings(fit, shown)
+    events = foot_events(fit, content.clip)
+    bands = (*bands_of(shown), *event_bands(events.events, fit.frame_numbers))
+    found = findings(fit, shown)
     made = scene(content.clip, content.assignment, shown.fit, shown.floor, bands)
     style, script = style_of_verdicts() + asset("style.css"), asset("viewer.bundle.js")
     who = f" · {fit.subject}" if fit.subject else ""
@@ -83,7 +86,7 @@ def page(content: PageContent) -> str:
         legend=legend(bands),
         rig=rig_section(shown),
         coverage="".join(_coverage(content)),
-        notes=_list((*content.decided, *fit.notes)),
+        notes=_list((*content.decided, *fit.notes, *(events.notes if events.events else ()))),
         facts=_facts(content, made),
         version=text(__version__),
         deviations=f"{ERRORS:g}",
@@ -129,8 +132,10 @@ def _played(shown: Moving, bands: Sequence[Band]) -> str:
         "The figure is the rigid one that fit writes as BVH and GLB: bones of constant length, gaps bridged, movement "
         "above what the body does taken away."
     )
+    if all(band.kind == EVENT for band in bands):
+        figure = f"{figure} Nothing had to be filled or repaired in this clip."
     if not bands:
-        return f"{figure} Nothing had to be filled or repaired in this clip."
+        return figure
     return (
         f"{figure} The bands above the time line are stretches of frames: {text(meanings(bands))}. Point at a band to "
         "read of which segments, pick it to go there; the buttons below go from one to the next."

@@ -51,4 +51,5 @@ def read(path: Path, salvage: bool = False) -> RawClip:
         rescale=found.rescale,
         scale_names=found.scale_names,
         notes=found.notes,
+        events=found.events,
     )
