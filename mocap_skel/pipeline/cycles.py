@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from mocap_skel.pipeline.job import Job, fit_file, static_fits, static_of
 from mocap_skel.pipeline.limits import limited
 from mocap_skel.report.figures import check_figures, picture
 from mocap_skel.results.series import sideless
+from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import listed, nearest
 
 USUAL = ("Hip", "Knee", "Ankle")
@@ -111,38 +112,23 @@ def add_up(paths: Sequence[Path], job: Job, wanted: Wanted) -> Added:
     statics = static_fits(job)
     notes: list[str] = []
     failed: list[MocapSkelError] = []
-    cycles: list[Cycle] = []
+    shown: list[_Shown] = []
     for path in paths:
-        said: list[str] = []
         try:
-            with limited(path):
-                found = fit_file(path, job)
+            shown.append(_of_clip(path, job, wanted, statics))
         except CallError:
             raise
         except MocapSkelError as error:
             failed.append(error)
             continue
-        if len(found.subjects) > 1:
-            known = ", ".join(fit.subject for _, fit in found.subjects)
-            raise CallError(f"{path}: several subjects", f"choose with --subject: {known}")
-        fit = found.subjects[0][1]
-        angles = joint_angles(fit, static_of(statics, fit))
-        events = foot_events(fit, found.clip, wanted.by)
-        said += [*found.notes, *angles.notes, *events.notes]
-        own = strides(events.of_feet, said)
-        made = list(cycles_of(angles, own, wanted.joints, path.name, fit.subject))
-        if not made:
-            said.append(_why_none(own, events.of_feet, wanted.joints))
-        cycles += made
-        notes += [f"{path}: {note}" for note in dict.fromkeys(said)]
+        notes += [f"{path}: {note}" for note in dict.fromkeys(shown[-1].notes)]
+    cycles = [cycle for one in shown for cycle in one.cycles]
+    if not shown:
+        raise failed[0]
     if not cycles:
-        if failed and len(failed) == len(paths):
-            raise failed[0]
-        reasons = [note for note in notes if "no cycle" in note or "none are found" in note]
-        raise FitError(
-            f"no gait cycle of {listed(wanted.joints)} in {listed((p.name for p in paths), 4)}",
-            reasons[0] if reasons else None,
-        )
+        names = listed((path.name for path in paths), 4)
+        reasons = listed(dict.fromkeys(one.why_none for one in shown), 4)
+        raise FitError(f"{names}: no gait cycle of {listed(wanted.joints)}: {reasons}")
     means = mean_cycles(cycles)
     contents: dict[Path, str | bytes] = {
         wanted.files["mean"]: rows_csv(mean_rows(means)),
@@ -156,9 +142,33 @@ def add_up(paths: Sequence[Path], job: Job, wanted: Wanted) -> Added:
     return Added(tuple(means), tuple(contents), tuple(notes), tuple(failed))
 
 
-def _why_none(own: Iterable[object], events: Sequence[object], joints: Sequence[str]) -> str:
-    if not events:
-        return "no cycle: no foot strike is known"
-    if not list(own):
-        return "no cycle: no foot strikes twice in it"
-    return f"no cycle: none of its strides shows {listed(joints)}"
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """The cycles of one clip, what there is to say about it, and why it has none."""
+
+    cycles: tuple[Cycle, ...]
+    notes: tuple[str, ...]
+    why_none: str
+
+
+def _of_clip(path: Path, job: Job, wanted: Wanted, statics: Mapping[str, SkeletonFit]) -> _Shown:
+    with limited(path):
+        found = fit_file(path, job)
+    if len(found.subjects) > 1:
+        known = ", ".join(fit.subject for _, fit in found.subjects)
+        raise CallError(f"{path}: several subjects", f"choose with --subject: {known}")
+    fit = found.subjects[0][1]
+    angles = joint_angles(fit, static_of(statics, fit))
+    events = foot_events(fit, found.clip, wanted.by)
+    said = [*found.notes, *angles.notes, *events.notes]
+    own = strides(events.of_feet, said)
+    cycles = tuple(cycles_of(angles, own, wanted.joints, path.name, fit.subject))
+    if cycles:
+        return _Shown(cycles, tuple(said), "")
+    if not events.of_feet:
+        why = events.notes[0]
+    elif not own:
+        why = "no foot strikes twice in it"
+    else:
+        why = f"its strides do not show {listed(wanted.joints)}"
+    return _Shown((), (*said, f"no cycle: {why}"), why)

@@ -39,7 +39,14 @@ def events(
         start = first_frame - 1
         notes.append("the times of its events are taken to count from its first frame")
     found = [
-        Event(event.time + start / rate, number + start, event.label, event.context, event.subject)
+        # Files hold them as floats of 32 bits.
+        Event(
+            round(event.time + start / rate, 6),
+            number + start,
+            event.label,
+            event.context,
+            event.subject,
+        )
         for event, number in zip(raw, numbers, strict=True)
         if inside(number + start)
     ]
