@@ -194,7 +194,7 @@ def mean_rows(means: Iterable[MeanCycle]) -> list[dict[str, object]]:
     return [
         {
             "joint": one.joint, "angle": part, "side": one.side, "percent": int(percent),
-            "mean": float(one.mean[i, k]), "sd": float(one.sd[i, k]), "cycles": int(one.count[i, k]),
+            "mean": round(float(one.mean[i, k]), 4), "sd": round(float(one.sd[i, k]), 4), "cycles": int(one.count[i, k]),
         }
         for one in means
         for k, part in enumerate(one.parts)
@@ -209,7 +209,7 @@ def cycle_rows(cycles: Iterable[Cycle]) -> list[dict[str, object]]:
         {
             "clip": one.clip, "subject": one.subject, "joint": one.joint, "angle": part,
             "side": one.stride.side, "start": one.stride.start.frame, "stop": one.stride.stop.frame,
-            "events": one.stride.start.source, "percent": int(percent), "degrees": float(one.degrees[i, k]),
+            "events": one.stride.start.source, "percent": int(percent), "degrees": round(float(one.degrees[i, k]), 4),
         }
         for one in cycles
         for k, part in enumerate(one.parts)

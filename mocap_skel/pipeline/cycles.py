@@ -160,7 +160,10 @@ def _of_clip(path: Path, job: Job, wanted: Wanted, statics: Mapping[str, Skeleto
     fit = found.subjects[0][1]
     angles = joint_angles(fit, static_of(statics, fit))
     events = foot_events(fit, found.clip, wanted.by)
-    said = [*found.notes, *angles.notes, *events.notes]
+    # A note about one joint has its name in front.
+    others = {joint.rule.name for joint in angles.joints} - set(wanted.joints)
+    about = [note for note in angles.notes if note.partition(":")[0] not in others]
+    said = [*found.notes, *about, *events.notes]
     own = strides(events.of_feet, said)
     cycles = tuple(cycles_of(angles, own, wanted.joints, path.name, fit.subject))
     if cycles:
