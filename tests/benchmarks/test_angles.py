@@ -1,8 +1,11 @@
 """Joint angles of real clips beside those that Plug-in Gait left in them; the script that prints the table."""
 
+import re
+
 import angles as benchmark
 import numpy as np
 import pytest
+from recordings import ROOT
 
 # Clips of which Plug-in Gait's angles are about joints that move, in the folder of real recordings.
 WALKS = (
@@ -40,3 +43,24 @@ def test_a_line_has_the_numbers_that_it_was_given():
     assert line.rms == pytest.approx(np.sqrt(np.mean((own - other - line.offset) ** 2)))
     assert line.correlation == pytest.approx(np.corrcoef(own, other)[0, 1])
     assert line.text().split()[:3] == ["walk", "LeftKnee_flexion", "400"]
+
+
+@pytest.mark.real
+def test_the_page_of_angles_shows_what_the_benchmark_prints(shared_clips):
+    """Each cell is the least and the largest of the six legs, to the digits that it shows."""
+    page = (ROOT / "docs" / "angles.md").read_text()
+    lines = [line for name in WALKS for line in benchmark.lines_of(shared_clips / name)]
+    rows = re.findall(r"^\| ((?:hip|knee|ankle) \w+) \| (.*) \|$", page, re.M)
+    assert len(rows) == 7
+    for title, cells in rows:
+        joint, part = title.split()
+        own = [line for line in lines if line.name.endswith(f"{joint.title()}_{part}")]
+        assert len(own) == 6
+        told = ("correlation", "rms", "offset", "error")
+        for cell, name in zip(cells.split(" | "), told, strict=True):
+            values = [getattr(line, name) for line in own]
+            shown = cell.split(" to ")
+            for text, value in zip((shown[0], shown[-1]), (min(values), max(values)), strict=True):
+                digit = 10.0 ** -len(text.partition(".")[2])
+                # Half a digit of rounding, and as much for another machine.
+                assert abs(float(text) - value) <= digit, (title, name, cell, value)
