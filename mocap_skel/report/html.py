@@ -14,12 +14,14 @@ from string import Template
 
 import numpy as np
 
+from mocap_skel.angles.joint_angles import joint_angles
 from mocap_skel.clip import Clip
 from mocap_skel.export.registry import Chosen, Format, Options, Rendered, Source
 from mocap_skel.gait.events import foot_events
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
+from mocap_skel.report.angle_section import angle_section
 from mocap_skel.report.bands import EVENT, Band, bands_of, event_bands, legend, meanings, strip
 from mocap_skel.report.coverage import COLOURS, coverage_map
 from mocap_skel.report.ellipsoid import ERRORS
@@ -51,6 +53,7 @@ class PageContent:
         fit: in the clip's own axes.
         decided: what was decided about the file and its labels before the fit, one sentence each.
         command: the call that made the page.
+        static: the same subject in a static clip, whose mean pose is neutral for angles; None without one.
     """
 
     clip: Clip
@@ -58,6 +61,7 @@ class PageContent:
     fit: SkeletonFit
     decided: tuple[str, ...]
     command: str
+    static: SkeletonFit | None = None
 
 
 def page(content: PageContent) -> str:
@@ -85,6 +89,7 @@ def page(content: PageContent) -> str:
         bands=strip(bands, len(fit.frame_numbers), int(fit.frame_numbers[0])),
         legend=legend(bands),
         rig=rig_section(shown),
+        angles=angle_section(joint_angles(fit, content.static), events.events),
         coverage="".join(_coverage(content)),
         notes=_list((*content.decided, *fit.notes, *(events.notes if events.events else ()))),
         facts=_facts(content, made),
@@ -252,7 +257,9 @@ class PageOptions(Options):
 def _write(fit: SkeletonFit, options: Options, source: Source) -> Rendered:
     del options
     assert source.assignment is not None, "the page shows the markers of a call that knows them"
-    content = PageContent(source.clip, source.assignment, fit, source.decided, source.command)
+    content = PageContent(
+        source.clip, source.assignment, fit, source.decided, source.command, source.static
+    )
     return Rendered({_SUFFIX: page(content)})
 
 
