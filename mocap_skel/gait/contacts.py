@@ -104,15 +104,17 @@ def find_contacts(fit: SkeletonFit) -> Contacts:
 
     Source: Zeni, Richards & Higginson 2008, Gait Posture 27, 710.
     """
-    feet = _feet(fit)
+    # A step takes longer, and two frames have no speed.
+    feet = _feet(fit) if len(fit.time) > SHORTEST * fit.rate else []
     if not feet:
-        return Contacts(why_none="a pelvis with a front and a foot are needed")
+        return Contacts(why_none="it takes a pelvis with a front, a foot, and the time of a stride")
     stances = [stance for i, foot in enumerate(feet) for stance in _stances(i, foot, fit.rate)]
     stances = [stance for stance in stances if _low(feet[stance.foot], stance, fit.rate)]
     if not stances:
         return Contacts(why_none="no foot swings and stands by turns")
     speeds = np.array([_middle_speed(feet[s.foot], s, fit.rate) for s in stances])
-    ground = float(np.median(speeds))
+    seen = speeds[np.isfinite(speeds)]
+    ground = float(np.median(seen)) if len(seen) else np.nan
     # The floor stands still; what is measured there is how feet roll.
     ground = 0.0 if abs(ground) < SLOW else ground
     stances = [s for s, v in zip(stances, speeds, strict=True) if abs(v - ground) < SLOW]

@@ -7,6 +7,7 @@ from walks import walked
 
 from mocap_skel.artificial.figure import human
 from mocap_skel.artificial.gait import BALL, HEEL, SOLE, gait
+from mocap_skel.errors import FitError
 from mocap_skel.gait.contacts import find_contacts, turning_points
 from mocap_skel.gait.events import foot_events
 
@@ -76,6 +77,32 @@ def test_where_nobody_walks_none_are_found_and_why_is_said(name):
 @pytest.mark.parametrize("subject", ["Anna", "Ben"])
 def test_steps_on_the_spot_are_no_gait(subject):
     assert not find_contacts(fit_sample("two_dancers", subject)).events
+
+
+@pytest.mark.parametrize("frames", [1, 2, 5, 39, 60])
+def test_a_clip_cut_short_has_no_contacts_and_no_warning(frames):
+    from dataclasses import replace
+
+    from recordings import fit_clip
+
+    _, clip, _ = walked()
+    cut = replace(clip, points=clip.points[:frames])
+    try:
+        fit = fit_clip(cut)
+    except FitError:
+        return
+    assert not find_contacts(fit).events
+
+
+def test_a_walk_whose_feet_are_never_seen_has_no_contacts_and_no_warning():
+    from dataclasses import replace
+
+    from recordings import fit_clip
+
+    _, clip, _ = walked()
+    points = clip.points.copy()
+    points[5:, [label[1:] in ("HEE", "TOE", "MT5", "ANK") for label in clip.labels]] = np.nan
+    assert not find_contacts(fit_clip(replace(clip, points=points))).events
 
 
 def test_turning_points_need_their_fall_and_their_rise():
