@@ -42,9 +42,9 @@ def joints_csv(fit: SkeletonFit) -> str:
     return _csv([JOINT_COLUMNS, *rows])
 
 
-def rows_csv(rows: Sequence[Mapping[str, object]]) -> str:
-    """Rows that all have the columns of the first; numbers to nine digits, None and NaN empty."""
-    head = list(rows[0]) if rows else []
+def rows_csv(rows: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:
+    """Rows that all have these columns, or those of the first; numbers to nine digits, None and NaN empty."""
+    head = list(columns) or (list(rows[0]) if rows else [])
     return _csv([head, *([_exact(row[name]) for name in head] for row in rows)])
 
 

@@ -130,11 +130,11 @@ def find_contacts(fit: SkeletonFit) -> Contacts:
 def _feet(fit: SkeletonFit) -> list[_Foot]:
     """The feet of a fit, seen from its pelvis; none where it has none or does not tell where its front is."""
     root = fit.skeleton.root.name
-    axes = anatomical_frames(fit).get(root)
-    if axes is None:
+    up = vertical(fit.up)
+    front = _front(fit, root, up)
+    if front is None:
         return []
-    up, pose = vertical(fit.up), fit.segments[root].pose
-    front = _level(pose.rotation @ axes.axes[:, 0], up)
+    pose = fit.segments[root].pose
     front = _level(_averaged(front, AVERAGED * fit.rate), up)
     beside = np.cross(up, front)
     found = []
@@ -167,6 +167,25 @@ def _feet(fit: SkeletonFit) -> list[_Foot]:
             )
         )
     return found
+
+
+def _front(fit: SkeletonFit, root: str, up: Array) -> Array | None:
+    """(frames, 3): where the pelvis faces, on the level: by its markers, otherwise square to the line of the hips."""
+    axes = anatomical_frames(fit).get(root)
+    if axes is not None:
+        return _level(fit.segments[root].pose.rotation @ axes.axes[:, 0], up)
+    parents = {segment.name: segment.parent for segment in fit.skeleton.segments}
+    hips = {}
+    for segment in fit.skeleton.segments:
+        name: str | None = segment.name if segment.sole else None
+        while name is not None and parents[name] != root:
+            name = parents[name]
+        joints = [j.track for j in fit.joints if name is not None and j.child == name]
+        if joints and np.isfinite(joints[0]).any():
+            hips["left" if "left" in segment.name.lower() else "right"] = joints[0]
+    if root not in fit.segments or len(hips) < 2:
+        return None
+    return _level(np.cross(up, hips["right"] - hips["left"]), up)
 
 
 def _stances(index: int, foot: _Foot, rate: float) -> list[_Stance]:

@@ -31,8 +31,12 @@ class FootEvents:
         return tuple(event for event in self.events if event.side and event.foot)
 
 
+EVENT_COLUMNS = ("frame", "time", "event", "side", "context", "subject", "source", "method")
+"""Of events.csv, and the keys of an event in JSON; time in seconds."""
+
+
 def event_row(event: Event) -> dict[str, object]:
-    """An event as a row of events.csv and of JSON: frame, time (s), event, side, context, subject, source, method."""
+    """An event as a row of events.csv and of JSON: see `EVENT_COLUMNS`."""
     return {
         "frame": event.frame, "time": event.time, "event": event.label, "side": event.side,
         "context": event.context, "subject": event.subject, "source": event.source, "method": event.method,

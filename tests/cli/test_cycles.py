@@ -116,10 +116,12 @@ def test_found_events_as_a_table_and_on_the_page_and_in_the_picture(folder, tmp_
     assert "foot contacts that were found" in (tmp_path / "a.svg").read_text()
 
 
-def test_where_there_are_no_events_the_format_says_why(tmp_path):
+def test_where_there_are_no_events_the_table_is_empty_and_why_is_said(tmp_path):
     done = call("fit", STILL, "--assoc", "cmu", "--format", "events", cwd=tmp_path)
-    assert done.returncode == 3
-    assert "no events: the file has no foot events, and none are found" in done.stderr
+    assert done.returncode == 0
+    assert "events: the file has no foot events, and none are found" in done.stderr
+    table = (tmp_path / "nearly_still.events.csv").read_text()
+    assert table == "frame,time,event,side,context,subject,source,method\n"
 
 
 @pytest.mark.real

@@ -135,10 +135,10 @@ def test_events_of_the_file_go_before_found_ones():
 
 @pytest.mark.real
 def test_found_contacts_lie_beside_the_events_of_real_files(capsys):
-    """Strikes and offs of two files, set by people: medians within two frames, none farther than 50 ms."""
+    """Strikes and offs of three files, set by people: medians within two frames, none farther than 50 ms."""
     from mocap_skel.pipeline.job import Job, fit_file
 
-    for name in ("functional_hip/FunctionalWalk", "odd_files/sub_labels"):
+    for name in ("functional_hip/FunctionalWalk", "odd_files/sub_labels", "odd_files/Eb015pi"):
         found = fit_file(CLIPS / f"{name}.c3d", Job(None))
         fit = found.subjects[0][1]
         ours, theirs = find_contacts(fit).events, found.clip.events

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mocap_skel.errors import ExportError
 from mocap_skel.export.registry import Options, Rendered, Source, register
 
 if TYPE_CHECKING:
@@ -27,17 +26,13 @@ class EventOptions(Options):
     lacks="a table of events has moments only",
 )
 def write(fit: SkeletonFit, options: EventOptions, source: Source) -> Rendered:
-    """The events of a subject.
-
-    Raises:
-        ExportError: the file has none, and none are found.
-    """
+    """The events of a subject; a head without rows, and a note why, where there are none."""
     from mocap_skel.export.tables_csv import rows_csv
-    from mocap_skel.gait.events import event_row, foot_events
+    from mocap_skel.gait.events import EVENT_COLUMNS, event_row, foot_events
 
     del options
     found = foot_events(fit, source.clip)
-    if not found.events:
-        raise ExportError(f"{fit.clip}: no events: {'; '.join(found.notes)}")
     notes = tuple(f"events: {note}" for note in found.notes)
-    return Rendered({SUFFIX: rows_csv([event_row(event) for event in found.events])}, notes)
+    return Rendered(
+        {SUFFIX: rows_csv([event_row(event) for event in found.events], EVENT_COLUMNS)}, notes
+    )
