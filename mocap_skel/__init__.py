@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 from mocap_skel.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from mocap_skel.angles.joint_angles import joint_angles
     from mocap_skel.clip import Clip
     from mocap_skel.errors import MocapSkelError
     from mocap_skel.export.result_files import write_fit
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from mocap_skel.fit import fit_skeleton
     from mocap_skel.labels.association import Association, associate, read_association
     from mocap_skel.readers import read_clip
+    from mocap_skel.results.angle_tables import angles_table
     from mocap_skel.results.tables import joints_table, points_table, tracks_table
     from mocap_skel.skeleton_fit import SkeletonFit
 
@@ -38,8 +40,10 @@ _PUBLIC = {
     "Clip": "clip",
     "MocapSkelError": "errors",
     "SkeletonFit": "skeleton_fit",
+    "angles_table": "results.angle_tables",
     "associate": "labels.association",
     "fit_skeleton": "fit",
+    "joint_angles": "angles.joint_angles",
     "joints_table": "results.tables",
     "points_table": "results.tables",
     "read_association": "labels.association",
@@ -50,8 +54,8 @@ _PUBLIC = {
 }
 
 __all__ = [
-    "Association", "Clip", "MocapSkelError", "SkeletonFit", "associate", "fit_skeleton", "joints_table",
-    "points_table", "read_association", "read_clip", "read_skeleton", "tracks_table", "write_fit",
+    "Association", "Clip", "MocapSkelError", "SkeletonFit", "angles_table", "associate", "fit_skeleton",
+    "joint_angles", "joints_table", "points_table", "read_association", "read_clip", "read_skeleton", "tracks_table", "write_fit",
 ]  # fmt: skip
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mocap_skel.events import Event
+
 # What a vertical axis may be called.
 AXES = ("x", "y", "z")
 # What points up in a recording: along an axis, or against it.
@@ -32,6 +34,7 @@ class Clip:
         up_by: who says what is up: the "file", the "call", the "body", or "" where it is assumed.
         mirror: the axis that was negated when the file was read, since the file's body is mirrored; "" for none.
         doubles: columns whose label is one and the same in the file, the first of them and its copies.
+        events: moments that the file gives a name, in their order in time; those of the file within the clip.
         as_read: labels and subjects as the reader gave them, where subjects were found in labels later.
         measures: of the one person in it, as the file has them: full name (`measures.MEASURES`) → metres.
 
@@ -59,6 +62,7 @@ class Clip:
     doubles: tuple[tuple[int, ...], ...] = ()
     as_read: tuple[tuple[str, ...], tuple[str, ...]] | None = None
     measures: Mapping[str, float] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
 
     @property
     def frames(self) -> int:

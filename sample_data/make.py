@@ -21,6 +21,7 @@ from mocap_skel.artificial import (
     write_c3d,
     write_truth,
 )
+from mocap_skel.artificial.gait import gait
 
 HERE = Path(__file__).parent
 
@@ -66,11 +67,24 @@ def nearly_still() -> Recording:
     )
 
 
+def lab_static() -> Recording:
+    """The person of range_of_motion stands: the neutral pose of lab_walk."""
+    return record(human(), marker_set("cmu"), still(1, 60, seed=41), Faults(sigma=0.0005), seed=41)
+
+
+def lab_walk() -> Recording:
+    """The same person walks straight on; skin slides, and the foot contacts are known."""
+    walk = gait(5, 60).motion
+    return record(human(), marker_set("cmu"), walk, Faults(sigma=0.0005, slide=0.004), seed=42)
+
+
 CLIPS = {
     "range_of_motion": full_range,
     "two_dancers": two_dancers,
     "gaps": gaps,
     "nearly_still": nearly_still,
+    "lab_static": lab_static,
+    "lab_walk": lab_walk,
 }
 
 

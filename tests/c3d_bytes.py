@@ -100,8 +100,8 @@ def c3d_file(
             "ANALOG__LABELS": ["A"] * analogs,
         }
     said |= point
-    named = [name.split("__")[0] for name in said if "__" in name]
-    groups = list(dict.fromkeys(["POINT", "ANALOG", "TRIAL", *named]))
+    more = (name.split("__")[0] for name in said if "__" in name)
+    groups = list(dict.fromkeys(["POINT", "ANALOG", "TRIAL", *more]))
     records = [
         struct.pack("<bb", len(name), -i) + name.encode() + struct.pack(order + "hb", 3, 0)
         for i, name in enumerate(groups, 1)

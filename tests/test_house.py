@@ -17,7 +17,8 @@ PLAN = (
     ("report",),
     ("export",),
     ("results",),
-    ("rig",),
+    ("gait",),
+    ("angles", "rig"),
     ("fit",),
     ("labels",),
     ("skeleton_fit",),
@@ -28,7 +29,7 @@ PLAN = (
     ("spherefit",),
     ("clip", "extras", "measures"),
     ("text",),
-    ("errors", "version"),
+    ("errors", "events", "version"),
 )
 FLOOR = {room: floor for floor, rooms in enumerate(reversed(PLAN)) for room in rooms}
 

@@ -21,6 +21,7 @@ COMMANDS = {
     "fit": "Fit a skeleton to clips: joint centres, moving skeleton, evidence.",
     "calibrate": "Add up what several clips of one actor show of the joints.",
     "draw": "Draw a fitted clip: the skeleton in a frame, joints and bones against time.",
+    "cycles": "Gait cycles: joint angles from foot strike to foot strike, mean and deviation.",
     "report": "Show a clip's skeleton moving, and the evidence for it, on one HTML page.",
     "inspect": "Show what is in a clip before anyone fits it.",
     "assoc": "Association files: guess one for a clip, check one, list and show the shipped ones.",

@@ -18,9 +18,9 @@ from mocap_skel.errors import CallError
 @options.clip
 @options.which
 @click.option(
-    "--plot", type=click.Choice(["pose", "tracks", "bones", "residuals"]), default="pose",
+    "--plot", type=click.Choice(["pose", "tracks", "angles", "bones", "residuals"]), default="pose",
     show_default=True, help="pose: the skeleton in one frame or several. Against time: where joints "
-    "are (tracks), bone lengths (bones), how well markers keep their distance to joints (residuals).",
+    "are (tracks), joint angles (angles), bone lengths (bones), how well markers keep their distance to joints (residuals).",
 )  # fmt: skip
 @click.option(
     "--frame", "frames", type=int, multiple=True, metavar="N",
@@ -41,6 +41,7 @@ from mocap_skel.errors import CallError
 )  # fmt: skip
 @options.overwrite
 @options.estimation
+@options.static
 @options.reading
 @options.quiet
 def command(
@@ -64,6 +65,8 @@ def command(
     """
     if frames and sheet:
         raise CallError("--frame and --sheet do not go together", "--sheet chooses the frames")
+    if told.get("static") and plot != "angles":
+        raise CallError(f"--static is for --plot angles, not for {plot}")
     for name, given in (("--frame", frames), ("--sheet", sheet), ("--view", view)):
         if given and plot != "pose":
             raise CallError(f"{name} is for --plot pose, not for {plot}")

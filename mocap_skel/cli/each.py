@@ -135,12 +135,17 @@ def _send(path: Path, done: Done) -> None:
 
 
 def _print_json(path: Path, done: Done) -> None:
+    from mocap_skel.gait.events import event_row
     from mocap_skel.results.rig_rows import RIG_TABLE, rig_rows
     from mocap_skel.results.tables import JOINT_TABLE, joint_rows
 
     for fit in done.fits:
         for row in joint_rows(fit):
             line = {"clip": str(path), "subject": fit.subject, "table": JOINT_TABLE, **row}
+            say(json.dumps(line, allow_nan=False))
+    for subject, events in done.events.items():
+        for event in events:
+            line = {"clip": str(path), "table": "events", **event_row(event), "subject": subject}
             say(json.dumps(line, allow_nan=False))
     for figure in done.figures:
         about = {"table": RIG_TABLE, "formats": figure.formats}

@@ -55,6 +55,7 @@ def _what_formats_make() -> str:
 @options.output
 @options.overwrite
 @options.estimation
+@options.static
 @format_options.all_options
 @options.reading
 @options.wide

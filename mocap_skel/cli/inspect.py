@@ -88,6 +88,8 @@ def _sizes(clip: Clip, matched: Sequence[Assignment], subject: str | None) -> It
 
 
 def _facts(clip: Clip) -> dict[str, object]:
+    from mocap_skel.gait.events import event_row
+
     return {
         "clip": clip.name,
         "frames": clip.frames,
@@ -97,5 +99,6 @@ def _facts(clip: Clip) -> dict[str, object]:
         "up": clip.up,
         "subjects": [name for name in clip.subject_names if name],
         "left_out": {reason: list(labels) for reason, labels in clip.left_out.items()},
+        "events": [event_row(event) for event in clip.events],
         "notes": list(clip.notes),
     }

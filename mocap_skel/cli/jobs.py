@@ -41,6 +41,7 @@ class Told(Looked):
     calibration: NotRequired[Path | None]
     measure: NotRequired[tuple[str, ...]]
     measures: NotRequired[Path | None]
+    static: NotRequired[Path | None]
 
 
 def looked_at(path: Path, told: Looked) -> tuple[Clip, Job]:
@@ -94,13 +95,15 @@ def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
         noise=told["noise"], prior=told.get("prior", "none"), unit=told["unit"], rate=told["rate"],
         measures=_measures(told), salvage=told["salvage"], mirror=told["mirror"], clip_up=told["clip_up"],
         trust=told.get("trust", False),
-        inputs=_inputs(told, clips), **more,
+        static=told.get("static"), inputs=_inputs(told, clips), **more,
     )  # fmt: skip
 
 
 def _inputs(told: Told, clips: Iterable[Path]) -> frozenset[Path]:
     """The files that the call reads; a bare name of a shipped one is no file here, and does no harm."""
-    named = (told["association"], told["skeleton"], told.get("calibration"), told.get("measures"))
+    named = (
+        told["association"], told["skeleton"], told.get("calibration"), told.get("measures"), told.get("static"),
+    )  # fmt: skip
     return frozenset([*clips, *(Path(name) for name in named if name)])
 
 

@@ -216,6 +216,11 @@ trust = click.option(
     "--trust-labels", "trust", is_flag=True,
     help="Fit the markers as they are named, though some look exchanged or the body mirrored.",
 )  # fmt: skip
+static = click.option(
+    "--static", metavar="CLIP.c3d", type=click.Path(path_type=Path),
+    help="A clip of the same markers in which the actor stands still: its mean pose is neutral, so joint angles are 0 "
+    "there; and markers that only it has give anatomical axes.",
+)  # fmt: skip
 strict = click.option(
     "--strict", is_flag=True,
     help="Without --assoc: stop where the movement contradicts even a few names, in place of leaving these "

@@ -20,6 +20,7 @@ from mocap_skel.errors import CallError
 @options.output_page
 @options.overwrite
 @options.estimation
+@options.static
 @options.reading
 @options.wide
 @options.as_json

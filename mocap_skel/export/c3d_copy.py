@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
+from mocap_skel.angles.joint_angles import anatomical_frames
 from mocap_skel.clip import AXES, Clip
 from mocap_skel.errors import ClipError, ExportError, OutputError
 from mocap_skel.export.parameters import Parameters
@@ -51,7 +52,12 @@ class _Point:
 
 
 def c3d_copy(
-    fit: SkeletonFit, clip: Clip, path: Path, *, axes: bool = False
+    fit: SkeletonFit,
+    clip: Clip,
+    path: Path,
+    *,
+    axes: bool = False,
+    static: SkeletonFit | None = None,
 ) -> tuple[bytes, tuple[str, ...]]:
     """The recording's file with more points: the tracks of skeleton.csv, in the file's unit and axes.
 
@@ -64,8 +70,10 @@ def c3d_copy(
         fit: in the clip's own axes.
         clip: what it was fitted to, as read from `path`.
         path: the file.
-        axes: also each segment's origin and the tips of its axes, 10 cm away: Hips_O, _X, _Y, _Z; and where the
-            clip shows the axis on which a joint turns, its tip, 10 cm from the joint: LeftKnee_A.
+        axes: also each segment's origin and the tips of its anatomical axes, 10 cm away: Hips_O, _X, _Y, _Z. The
+            origin is the joint towards the parent. A segment without anatomical axes has those of its pose. Where
+            the clip shows the axis on which a joint turns, also its tip, 10 cm from the joint: LeftKnee_A.
+        static: the subject in a static clip, whose landmarks count too.
 
     Returns:
         The file's content, and notes.
@@ -85,7 +93,7 @@ def c3d_copy(
         raise ExportError(f"{path}: cannot be read once more: {error}") from error
     try:
         frames = _frames(found, clip, content)
-        points = [*_tracks(fit), *(_axes(fit) if axes else ())]
+        points = [*_tracks(fit), *(_axes(fit, static) if axes else ())]
         labels, notes = _labels(fit, points, found)
         parameters = Parameters(content[found.section.start :], found.layout.machine)
         _tell(parameters, found, points, labels)
@@ -137,13 +145,17 @@ def _tracks(fit: SkeletonFit) -> Iterable[_Point]:
         yield _Point(name, track, f"{_SAID[kind]} by mocap-skel{verdict}")
 
 
-def _axes(fit: SkeletonFit) -> Iterable[_Point]:
+def _axes(fit: SkeletonFit, static: SkeletonFit | None) -> Iterable[_Point]:
+    anatomical = anatomical_frames(fit, static)
     for segment in fit.segments.values():
-        pose = segment.pose
-        yield _Point(f"{segment.name}_O", pose.origin, "segment origin by mocap-skel", AXES_LIST)
+        pose, found = segment.pose, anatomical.get(segment.name)
+        origin = pose.origin if segment.joint is None else pose.to_lab(segment.joint)
+        turn = pose.rotation if found is None else pose.rotation @ found.axes
+        kind = "segment" if found is None else "anatomical"
+        yield _Point(f"{segment.name}_O", origin, "segment origin by mocap-skel", AXES_LIST)
         for axis, name in enumerate("XYZ"):
-            tip = pose.origin + AXIS * pose.rotation[:, :, axis]
-            said = f"segment {name.lower()} axis by mocap-skel"
+            tip = origin + AXIS * turn[:, :, axis]
+            said = f"{kind} {name.lower()} axis by mocap-skel"
             yield _Point(f"{segment.name}_{name}", tip, said, AXES_LIST)
     for joint in fit.joints:
         ends = axis_ends(fit, joint, AXIS)

@@ -100,6 +100,7 @@ class Source:
         assignment: which marker is which column of the clip; None where the caller does not say.
         decided: what was decided about the file and its labels before the fit, one sentence each.
         command: the call, "" where there was none.
+        static: the same subject in a static clip, whose mean pose is neutral for angles; None without one.
     """
 
     clip: Clip
@@ -107,6 +108,7 @@ class Source:
     assignment: Assignment | None = None
     decided: tuple[str, ...] = ()
     command: str = ""
+    static: SkeletonFit | None = None
 
 
 @dataclass(frozen=True)
@@ -214,7 +216,7 @@ def formats() -> Mapping[str, Format]:
     """Every format by its name: the default first, the others by name.
 
     >>> list(formats())
-    ['csv', 'bvh', 'c3d', 'glb', 'parquet', 'trc']
+    ['csv', 'angles', 'bvh', 'c3d', 'events', 'glb', 'parquet', 'trc']
     >>> formats()["bvh"].suffixes
     ('.bvh',)
     """

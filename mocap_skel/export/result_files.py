@@ -20,6 +20,7 @@ def write_fit(
     formats: str | Iterable[str] = "csv",
     *,
     overwrite: bool = False,
+    static: SkeletonFit | None = None,
     **told: Any,
 ) -> tuple[Path, ...]:
     """Write a fit as `mocap-skel fit` does: each file whole, or none at all.
@@ -29,8 +30,9 @@ def write_fit(
         clip: what it was fitted to, as `read_clip` gave it; the files are named after it. It is never
             written over.
         folder: where they go; it is made if it is not there.
-        formats: the name of a format, or several: csv, bvh, c3d, parquet, trc.
+        formats: the name of a format, or several: csv, angles, bvh, c3d, glb, parquet, trc.
         overwrite: whether existing files may be replaced.
+        static: the same subject in a static clip, whose mean pose is neutral for angles.
         told: what the formats can be told, the fields of their options: up="y", axes=True ... Lengths are
             metres, `scale` is the units of the file in a metre. docs/commands/fit.md says what each does.
 
@@ -54,7 +56,7 @@ def write_fit(
     """
     chosen = choose(formats, **told)
     path = Path(clip.name)
-    source = Source(clip, path)
+    source = Source(clip, path, static=static)
     stem = stem_of(path, clip, fit)
     contents = {
         Path(folder) / f"{stem}{suffix}": content

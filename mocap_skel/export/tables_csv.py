@@ -1,4 +1,4 @@
-"""skeleton.csv and joints.csv."""
+"""skeleton.csv, joints.csv and angles.csv."""
 
 from __future__ import annotations
 
@@ -8,17 +8,30 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from mocap_skel.angles.joint_angles import Angles
+from mocap_skel.results.angle_tables import angle_columns
 from mocap_skel.results.tables import JOINT_COLUMNS, joint_rows, track_columns
+from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
 
 
 def skeleton_csv(fit: SkeletonFit) -> str:
     """One row a frame: frame, time, three columns a track; metres to the micrometre, missing = empty."""
-    names, values = track_columns(fit)
+    return _frames_csv(fit, *track_columns(fit), digits=6)
+
+
+def angles_csv(angles: Angles) -> str:
+    """One row a frame: frame, time, three columns a joint; degrees to four digits, missing = empty."""
+    return _frames_csv(angles, *angle_columns(angles), digits=4)
+
+
+def _frames_csv(
+    of: SkeletonFit | Angles, names: Sequence[str], values: Array, *, digits: int
+) -> str:
     # One format for the whole table is several times as fast as a writer that sees single cells.
     # Rounding first and adding zero keeps "-0.000000" out.
-    row = "%d,%.6f" + ",%.6f" * len(names) + "\n"
-    columns = np.column_stack([fit.frame_numbers, fit.time, np.round(values, 6) + 0.0])
+    row = "%d,%.6f" + f",%.{digits}f" * len(names) + "\n"
+    columns = np.column_stack([of.frame_numbers, of.time, np.round(values, digits) + 0.0])
     body = (row * len(columns)) % tuple(columns.ravel().tolist())
     return _csv([["frame", "time", *names]]) + body.replace("nan", "")
 
@@ -29,9 +42,9 @@ def joints_csv(fit: SkeletonFit) -> str:
     return _csv([JOINT_COLUMNS, *rows])
 
 
-def rows_csv(rows: Sequence[Mapping[str, object]]) -> str:
-    """Rows that all have the columns of the first; numbers to nine digits, None and NaN empty."""
-    head = list(rows[0]) if rows else []
+def rows_csv(rows: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:
+    """Rows that all have these columns, or those of the first; numbers to nine digits, None and NaN empty."""
+    head = list(columns) or (list(rows[0]) if rows else [])
     return _csv([head, *([_exact(row[name]) for name in head] for row in rows)])
 
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Container, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mocap_skel.errors import CallError, ClipError, ExportError, MocapSkelError
+from mocap_skel.events import Event
 from mocap_skel.export.files import write_all
 from mocap_skel.export.registry import Source
 from mocap_skel.export.result_files import stem_of
-from mocap_skel.pipeline.job import Job, fit_file, named
+from mocap_skel.gait.events import own_events
+from mocap_skel.pipeline.job import Job, fit_file, named, static_fits, static_of
 from mocap_skel.pipeline.limits import limited, memory_for, size_of
 from mocap_skel.skeleton_fit import SkeletonFit
 
@@ -49,6 +51,7 @@ class Done:
         notes: what there is to say about it, one sentence each.
         failed: why other subjects could not be fitted, or formats not written.
         figures: the rigid figures in the files, those that are told the same once.
+        events: subject → the events of the file that are of it.
     """
 
     fits: tuple[SkeletonFit, ...]
@@ -56,6 +59,7 @@ class Done:
     notes: tuple[str, ...]
     failed: tuple[MocapSkelError, ...]
     figures: tuple[Figure, ...] = ()
+    events: Mapping[str, tuple[Event, ...]] = field(default_factory=dict)
 
 
 def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
@@ -125,6 +129,7 @@ def render(path: Path, job: Job) -> Done:
     """
     folder = job.folder or Path()
     found = fit_file(path, job)
+    statics = static_fits(job)
     notes = list(found.notes)
     files: dict[Path, str | bytes] = {}
     failed: list[MocapSkelError] = [*found.failed]
@@ -132,7 +137,10 @@ def render(path: Path, job: Job) -> Done:
     for assignment, fit in found.subjects:
         stem = stem_of(path, found.clip, fit)
         decided = (*found.decided, *assignment.mismatches(found.association))
-        source = Source(found.clip, path, assignment, decided, job.command)
+        static = static_of(statics, fit)
+        if statics and static is None:
+            notes.append(named(fit.subject, f"{job.static} has no such subject: no neutral pose"))
+        source = Source(found.clip, path, assignment, decided, job.command, static)
         rigid: dict[Quality, list[str]] = {}
         for chosen in job.formats:
             try:
@@ -152,7 +160,8 @@ def render(path: Path, job: Job) -> Done:
     fits = tuple(fit for _, fit in found.subjects)
     if failed and not files:
         raise failed[0]
-    return Done(fits, files, tuple(dict.fromkeys(notes)), tuple(failed), tuple(figures))
+    events = {fit.subject: own_events(found.clip, fit.subject) for fit in fits}
+    return Done(fits, files, tuple(dict.fromkeys(notes)), tuple(failed), tuple(figures), events)
 
 
 def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:

@@ -12,8 +12,10 @@ import numpy as np
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, FitError
 from mocap_skel.export.files import check_free, safe_name, write_all
-from mocap_skel.pipeline.job import Job, fit_file
+from mocap_skel.gait.events import foot_events
+from mocap_skel.pipeline.job import Job, fit_file, static_fits, static_of
 from mocap_skel.pipeline.limits import limited
+from mocap_skel.report.angle_figure import angles_figure
 from mocap_skel.report.figures import KINDS, check_figures, picture
 from mocap_skel.report.pose_figures import Actor, pose_figure
 from mocap_skel.report.time_figures import bones_figure, residuals_figure, tracks_figure
@@ -33,7 +35,7 @@ class Drawing:
     """What to draw.
 
     Attributes:
-        plot: "pose", or one of `OVER_TIME`.
+        plot: "pose", "angles", or one of `OVER_TIME`.
         frames: the file's own numbers, for a pose; none = the one in which most is seen.
         sheet: so many frames, evenly spaced, in their place; 0 = none.
         view: one of `report.view.VIEWS`, for a pose.
@@ -83,7 +85,12 @@ def draw(path: Path, job: Job, wanted: Drawing) -> Drawn:
             raise CallError(
                 f"{path}: --plot {wanted.plot} takes one subject", f"choose with --subject: {known}"
             )
-        drawn, caption = OVER_TIME[wanted.plot](actors[0], path.name)
+        if wanted.plot == "angles":
+            static = static_of(static_fits(job), actors[0].fit)
+            events = foot_events(actors[0].fit, found.clip)
+            drawn, caption = angles_figure(actors[0], path.name, static, events)
+        else:
+            drawn, caption = OVER_TIME[wanted.plot](actors[0], path.name)
     content = picture(drawn, caption, target.suffix[1:].lower())
     write_all({target: content}, wanted.overwrite, job.inputs)
     return Drawn(target, found.notes, found.failed)

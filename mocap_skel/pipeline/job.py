@@ -44,6 +44,7 @@ class Job:
         clip_up: what points up in a clip, in place of what the clip and the body say.
         trust: fit the markers as they are named, though some look exchanged.
         measures: of the person, full name (`measures.MEASURES`) → metres.
+        static: a clip whose mean pose is neutral for angles.
         command: the call, as the page shows it.
         figure: without an association, guess for this one.
         strict: without an association, no clear name may contradict the movement.
@@ -68,6 +69,7 @@ class Job:
     clip_up: str | None = None
     trust: bool = False
     measures: Mapping[str, float] = field(default_factory=dict)
+    static: Path | None = None
     command: str = ""
     figure: Skeleton | None = None
     strict: bool = False
@@ -176,6 +178,24 @@ def fit_file(path: Path, job: Job) -> Fitted:
         raise _why(clip, failed[0])
     said = tuple(dict.fromkeys(notes))
     return Fitted(clip, found.association, tuple(subjects), decided, said, tuple(failed))
+
+
+def static_fits(job: Job) -> dict[str, SkeletonFit]:
+    """The fits of the job's static clip by subject; none without one.
+
+    Raises:
+        MocapSkelError: the clip cannot be read, or none of its subjects be fitted.
+    """
+    if job.static is None:
+        return {}
+    return {fit.subject: fit for _, fit in fit_file(job.static, job).subjects}
+
+
+def static_of(fits: Mapping[str, SkeletonFit], fit: SkeletonFit) -> SkeletonFit | None:
+    """The static fit of a subject: by its name, or the only one there is."""
+    if fit.subject in fits:
+        return fits[fit.subject]
+    return next(iter(fits.values())) if len(fits) == 1 else None
 
 
 def _fits(

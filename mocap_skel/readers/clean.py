@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.clip import UPS, Clip
 from mocap_skel.errors import CallError, ClipError
+from mocap_skel.readers.events import events
 from mocap_skel.readers.markers import UNLABELLED, doubles, markers, names_and_subjects, told_apart
 from mocap_skel.readers.raw import FARTHEST, FASTEST, SLOWEST, RawClip
 from mocap_skel.readers.repeated import repeated, sentences
@@ -74,6 +75,7 @@ def clean(
         measures = {}
     points *= metres
     upward, said_by = _up(raw, up, notes)
+    moments = events(raw.events, hertz, raw.first_frame, frames, notes)
     return Clip(
         name=name,
         points=points,
@@ -88,6 +90,7 @@ def clean(
         notes=tuple(notes),
         doubles=doubles(names, subjects),
         measures=measures,
+        events=moments,
     )
 
 

@@ -16,6 +16,23 @@ SLOWEST, FASTEST = 1.0, 1e4
 (10,000 with a few lines of their picture). Picked by eye; a call may say otherwise."""
 
 
+@dataclass(frozen=True)
+class RawEvent:
+    """A moment that a file gives a name, as it stands there.
+
+    Attributes:
+        time: seconds since frame 1; since the clip's first frame in files that count so.
+        label: its name.
+        context: left, right or something else, in the file's word, "" where it does not say.
+        subject: whose it is, "" where the file does not say.
+    """
+
+    time: float
+    label: str
+    context: str = ""
+    subject: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class RawClip:
     """A file's points and what it says of them. A new format's reader fills in what its files have.
@@ -37,6 +54,7 @@ class RawClip:
         scale_names: what the file calls the two, for messages.
         measures: of the one person in it, by their full names (`mocap_skel.measures.MEASURES`), metres.
         notes: what was decided while reading, one sentence each.
+        events: the moments that the file gives a name.
     """
 
     points: NDArray[np.float64]
@@ -53,3 +71,4 @@ class RawClip:
     scale_names: tuple[str, str] = ("its first scale", "its second scale")
     measures: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    events: tuple[RawEvent, ...] = ()

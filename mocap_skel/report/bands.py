@@ -1,18 +1,21 @@
-"""Stretches of frames that are marked on the page's time line: filled, guessed, held, repaired, without a figure."""
+"""What is marked on the page's time line: stretches of frames that are filled, guessed, held, repaired, and events."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mocap_skel.events import Event
 from mocap_skel.report.inline import text
 from mocap_skel.report.moving import Moving
 from mocap_skel.rig.bridging import runs
 from mocap_skel.text import counted, listed
 
+EVENT = "event"
+"""The kind of what takes a moment."""
 # What is marked, in the order of the lanes, and what it means.
 KINDS = {
     "filled": "the markers left and the joints beside tell the pose",
@@ -20,6 +23,7 @@ KINDS = {
     "held": "no marker tells the pose: the nearest one is kept, at an end of the clip",
     "repaired": "a turn was too fast for a person",
     "without": "part of the figure is missing",
+    EVENT: "a foot strikes the ground or leaves it, or what else the file names",
 }
 # A band is drawn at least as wide as this share of the line, else nobody sees it.
 _THINNEST = 1 / 300
@@ -68,6 +72,26 @@ def bands_of(moving: Moving) -> tuple[Band, ...]:
     )
 
 
+def event_bands(events: Iterable[Event], numbers: NDArray[np.int64]) -> tuple[Band, ...]:
+    """Events as bands of one frame.
+
+    Args:
+        events: of the subject.
+        numbers: (frames,), the file's own.
+    """
+    return tuple(
+        Band(EVENT, at, at + 1, (_said(event),))
+        for event in events
+        if 0 <= (at := event.frame - int(numbers[0])) < len(numbers)
+    )
+
+
+def _said(event: Event) -> str:
+    whose = "" if event.label.lower().startswith(("left", "right")) else event.context
+    found = " (found)" if event.source == "found" else ""
+    return f"{whose} {event.label}{found}".strip()
+
+
 def _names(names: Sequence[str], flags: NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(name for name, own in zip(names, flags, strict=True) if own.any())
 
@@ -87,7 +111,8 @@ def strip(bands: Sequence[Band], frames: int, first: int) -> str:
     for band in bands:
         wide = max(band.stop - band.start, frames * _THINNEST)
         left = min(max(0.5 * (band.start + band.stop - wide), 0.0), frames - wide)
-        numbers = f"frames {first + band.start} to {first + band.stop - 1}"
+        here, last = first + band.start, first + band.stop - 1
+        numbers = f"frames {here} to {last}" if last > here else f"frame {here}"
         rects.append(
             f'<rect class="{band.kind}" data-frame="{first + band.start}" x="{left:.2f}" '
             f'y="{5 * lanes.index(band.kind)}" width="{wide:.2f}" height="4">'

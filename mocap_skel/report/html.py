@@ -14,12 +14,15 @@ from string import Template
 
 import numpy as np
 
+from mocap_skel.angles.joint_angles import joint_angles
 from mocap_skel.clip import Clip
 from mocap_skel.export.registry import Chosen, Format, Options, Rendered, Source
+from mocap_skel.gait.events import foot_events
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.verdicts import VERDICTS
 from mocap_skel.labels.association import Assignment
-from mocap_skel.report.bands import Band, bands_of, legend, meanings, strip
+from mocap_skel.report.angle_section import angle_section
+from mocap_skel.report.bands import EVENT, Band, bands_of, event_bands, legend, meanings, strip
 from mocap_skel.report.coverage import COLOURS, coverage_map
 from mocap_skel.report.ellipsoid import ERRORS
 from mocap_skel.report.headline import Finding, findings
@@ -50,6 +53,7 @@ class PageContent:
         fit: in the clip's own axes.
         decided: what was decided about the file and its labels before the fit, one sentence each.
         command: the call that made the page.
+        static: the same subject in a static clip, whose mean pose is neutral for angles; None without one.
     """
 
     clip: Clip
@@ -57,12 +61,15 @@ class PageContent:
     fit: SkeletonFit
     decided: tuple[str, ...]
     command: str
+    static: SkeletonFit | None = None
 
 
 def page(content: PageContent) -> str:
     """The text of the whole page, one HTML file that loads nothing."""
     fit, shown = content.fit, moving(content.fit)
-    bands, found = bands_of(shown), findings(fit, shown)
+    events = foot_events(fit, content.clip)
+    bands = (*bands_of(shown), *event_bands(events.events, fit.frame_numbers))
+    found = findings(fit, shown)
     made = scene(content.clip, content.assignment, shown.fit, shown.floor, bands)
     style, script = style_of_verdicts() + asset("style.css"), asset("viewer.bundle.js")
     who = f" · {fit.subject}" if fit.subject else ""
@@ -82,8 +89,9 @@ def page(content: PageContent) -> str:
         bands=strip(bands, len(fit.frame_numbers), int(fit.frame_numbers[0])),
         legend=legend(bands),
         rig=rig_section(shown),
+        angles=angle_section(joint_angles(fit, content.static), events.events),
         coverage="".join(_coverage(content)),
-        notes=_list((*content.decided, *fit.notes)),
+        notes=_list((*content.decided, *fit.notes, *(events.notes if events.events else ()))),
         facts=_facts(content, made),
         version=text(__version__),
         deviations=f"{ERRORS:g}",
@@ -129,8 +137,10 @@ def _played(shown: Moving, bands: Sequence[Band]) -> str:
         "The figure is the rigid one that fit writes as BVH and GLB: bones of constant length, gaps bridged, movement "
         "above what the body does taken away."
     )
+    if all(band.kind == EVENT for band in bands):
+        figure = f"{figure} Nothing had to be filled or repaired in this clip."
     if not bands:
-        return f"{figure} Nothing had to be filled or repaired in this clip."
+        return figure
     return (
         f"{figure} The bands above the time line are stretches of frames: {text(meanings(bands))}. Point at a band to "
         "read of which segments, pick it to go there; the buttons below go from one to the next."
@@ -247,7 +257,9 @@ class PageOptions(Options):
 def _write(fit: SkeletonFit, options: Options, source: Source) -> Rendered:
     del options
     assert source.assignment is not None, "the page shows the markers of a call that knows them"
-    content = PageContent(source.clip, source.assignment, fit, source.decided, source.command)
+    content = PageContent(
+        source.clip, source.assignment, fit, source.decided, source.command, source.static
+    )
     return Rendered({_SUFFIX: page(content)})
 
 

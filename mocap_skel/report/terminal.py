@@ -12,7 +12,7 @@ import numpy as np
 from mocap_skel.clip import Clip
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.skeleton_fit import SkeletonFit
-from mocap_skel.text import counted
+from mocap_skel.text import counted, listed
 
 if TYPE_CHECKING:
     from mocap_skel.joints.calibration import Calibrated
@@ -185,6 +185,12 @@ def clip_table(clip: Clip, markers: Sequence[dict[str, object]]) -> str:
     subjects = [name for name in clip.subject_names if name]
     if subjects:
         head.append(f"subjects: {', '.join(subjects)}")
+    if clip.events:
+        labels = dict.fromkeys(event.label for event in clip.events)
+        first, last = clip.events[0].frame, clip.events[-1].frame
+        head.append(
+            f"{counted(len(clip.events), 'event')} in frames {first} to {last}: {listed(labels)}"
+        )
     head += [f"note: {note}" for note in clip.notes]
     columns = list(markers[0])
     rows = [[_cell(row[key]) for key in columns] for row in markers]

@@ -43,8 +43,8 @@ def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
             for i, track in zip(members, tracks, strict=True):
                 look = SIDE_LOOK[side(joints[i].joint)]
                 _line(axes, fit.time, track, look[0], joints[i].shown == "no")
-            _limits(axes, np.concatenate(tracks), _LEAST_SPAN, 0.0)
-            _tidy(axes)
+            limits(axes, np.concatenate(tracks), _LEAST_SPAN, 0.0)
+            tidy(axes)
         shown = {side(joints[i].joint): joints[i].shown for i in members}
         told = ", ".join(f"{key[0].upper()} {v}" if key else v for key, v in shown.items())
         row[0].set_ylabel(f"{plain(name)}\n({told})", fontsize=8)
@@ -53,10 +53,10 @@ def tracks_figure(actor: Actor, title: str) -> tuple[Any, str]:
         axes.set_title(f"{AXES[d]}{up}, m", fontsize=9)
     for axes in grid[-1]:
         axes.set_xlabel("time (s)", fontsize=8)
-    drawn.suptitle(_titled("Joint centres", actor, title), fontsize=11, x=0.01, ha="left")
-    _side_legend(drawn, [joint.joint for joint in joints], "shown: no (not by the movement)")
+    drawn.suptitle(titled("Joint centres", actor, title), fontsize=11, x=0.01, ha="left")
+    legend(drawn, [joint.joint for joint in joints], "shown: no (not by the movement)")
     missing = [joint.joint for joint in fit.joints if joint not in joints]
-    return drawn, _caption(
+    return drawn, caption(
         actor,
         "in brackets: does the movement show the joint",
         missing and f"not seen: {listed(missing, 14)}",
@@ -91,21 +91,21 @@ def bones_figure(actor: Actor, title: str) -> tuple[Any, str]:
                 f"{100 * float(np.nanstd(bone.length)):.1f}".strip(),
             )  # fmt: skip
         lengths = np.concatenate([100 * found[i].length for i in members])
-        clipped |= _limits(axes, lengths, 100 * _LEAST_BONE_SPAN, _OUTSIDE, headroom=0.25)
+        clipped |= limits(axes, lengths, 100 * _LEAST_BONE_SPAN, _OUTSIDE, headroom=0.25)
         axes.legend(
             fontsize=7, loc="upper left", ncols=2, frameon=False, borderpad=0.1, handlelength=1.2
         )
         axes.set_title(plain(name), fontsize=8)
-        _tidy(axes)
+        tidy(axes)
     for axes in grid[:, 0]:
         axes.set_ylabel("length (cm)", fontsize=8)
     for i in range(columns):
         for bottom in [axes for axes in grid[:, i] if axes.axison][-1:]:
             bottom.set_xlabel("time (s)", fontsize=8)
             bottom.tick_params(labelbottom=True)
-    drawn.suptitle(_titled("Bone lengths", actor, title), fontsize=11, x=0.01, ha="left")
-    _side_legend(drawn, [bone.start for bone in found] + [bone.end for bone in found])
-    return drawn, _caption(
+    drawn.suptitle(titled("Bone lengths", actor, title), fontsize=11, x=0.01, ha="left")
+    legend(drawn, [bone.start for bone in found] + [bone.end for bone in found])
+    return drawn, caption(
         actor, "dashed: median ± standard deviation in cm; end points of leaves under their segment's name",
         clipped and _left_outside(),
     )  # fmt: skip
@@ -142,10 +142,10 @@ def residuals_figure(actor: Actor, title: str) -> tuple[Any, str]:
             bottom[-1].set_xlabel("time (s)", fontsize=8)
             bottom[-1].tick_params(labelbottom=True)
     drawn.suptitle(
-        _titled("Radial residuals of the markers", actor, title), fontsize=11, x=0.01, ha="left"
+        titled("Radial residuals of the markers", actor, title), fontsize=11, x=0.01, ha="left"
     )
     missing = [joint.joint for joint in fit.joints if not joint.fitted]
-    return drawn, _caption(
+    return drawn, caption(
         actor, "distance from the centre that the motion gives, less the marker's mean distance; dashed: ± σ, the noise taken "
         "away; at the side: all samples, and beyond it the markers by name",
         clipped and _left_outside(), missing and f"not fitted: {listed(missing, 14)}",
@@ -168,7 +168,7 @@ def _residual_panel(axes: Any, beside: Any, time: Array, one: Radial) -> bool:
             f"+ {errors.shape[1] - _MOST_MARKERS} more", (1.05, 0.98 - 0.16 * _MOST_MARKERS),
             xycoords="axes fraction", fontsize=6.5, va="top", annotation_clip=False,
         )  # fmt: skip
-    clipped = _limits(axes, errors.ravel(), 4.0, _OUTSIDE, symmetric=True)
+    clipped = limits(axes, errors.ravel(), 4.0, _OUTSIDE, symmetric=True)
     low, high = axes.get_ylim()
     for sign in (-1, 1):
         for own in (axes, beside):
@@ -187,7 +187,7 @@ def _residual_panel(axes: Any, beside: Any, time: Array, one: Radial) -> bool:
         f"{plain(joint.joint)} ({joint.shown}): rms {1e3 * joint.residual:.1f} mm, σ "
         f"{1e3 * joint.sigma:.1f} mm", fontsize=8,
     )  # fmt: skip
-    _tidy(axes)
+    tidy(axes)
     return clipped
 
 
@@ -217,7 +217,7 @@ def _line(
         )
 
 
-def _limits(
+def limits(
     axes: Any, values: Array, least: float, outside: float, *, symmetric: bool = False,
     headroom: float = 0.0,
 ) -> bool:  # fmt: skip
@@ -235,7 +235,8 @@ def _limits(
     return bool(((seen < low) | (seen > high)).any())
 
 
-def _tidy(axes: Any) -> None:
+def tidy(axes: Any) -> None:
+    """Small labels, a faint grid, no frame."""
     axes.tick_params(labelsize=7)
     axes.grid(alpha=0.25, linewidth=0.5)
     axes.margins(x=0.01)
@@ -243,7 +244,8 @@ def _tidy(axes: Any) -> None:
         axes.spines[name].set_visible(False)
 
 
-def _side_legend(drawn: Any, names: Sequence[str], dotted: str = "") -> None:
+def legend(drawn: Any, names: Sequence[str], dotted: str = "") -> None:
+    """Say which colour is which side, for the sides of these names; and what dotted lines are."""
     from matplotlib.lines import Line2D
 
     sides = {side(name) for name in names}
@@ -257,12 +259,14 @@ def _side_legend(drawn: Any, names: Sequence[str], dotted: str = "") -> None:
     drawn.legend(handles=entries, loc="outside upper right", ncols=4, fontsize=8, frameon=False)
 
 
-def _titled(what: str, actor: Actor, title: str) -> str:
+def titled(what: str, actor: Actor, title: str) -> str:
+    """The title of a picture: what it shows, of which clip, of whom."""
     subject = f", {actor.fit.subject}" if actor.fit.subject else ""
     return plain(f"{what}: {title}{subject}")
 
 
-def _caption(actor: Actor, *parts: str | bool | list[str]) -> str:
+def caption(actor: Actor, *parts: str | bool | list[str]) -> str:
+    """The text below a picture: its frames, and the parts that are texts."""
     numbers = actor.fit.frame_numbers
     told = [f"frames {numbers[0]} to {numbers[-1]} at {actor.fit.rate:g} Hz"]
     return "; ".join(told + [part for part in parts if isinstance(part, str) and part])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.joints.joint_fit import JointFit
+from mocap_skel.results.angle_tables import angle_errors
 from mocap_skel.results.series import bones, by_sides
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
@@ -82,6 +83,7 @@ JOINT_COLUMNS = (
     "effective_samples", "radius", "residual", "sigma", "weakest_sd", "theta_deg", "shown", "method",
     "reason", "from_motion", "prior", "bone", "bone_sd", "side_difference", "determined",
     "axis_x", "axis_y", "axis_z", "axis_se_deg",
+    "angles", "angles_se_deg",
 )  # fmt: skip
 
 
@@ -95,6 +97,8 @@ def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
         axis on which both segments turn, in the parent's frame, to the side about which a right-handed turn bends
         the joint; `axis_se_deg` is its standard error in the worst direction. They are None for a ball, and where no
         axis is shown.
+        `angles` are the names of the joint's angles that are seen, and `angles_se_deg` how far the errors of joint
+        centres and landmarks turn them.
     """
     lengths = {bone.end: bone for bone in bones(fit)} if fit.joints else {}
     medians = [lengths[j.joint].median if j.joint in lengths else np.nan for j in fit.joints]
@@ -104,21 +108,24 @@ def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
         if len(places) == 2:
             here, there = (medians[i] for i in places)
             difference[places] = np.array([here - there, there - here]) / (0.5 * (here + there))
+    errors = angle_errors(fit) if fit.joints else {}
     rows = []
     for joint, median, other in zip(fit.joints, medians, difference, strict=True):
         length = lengths[joint.joint].length if joint.joint in lengths else np.empty(0)
         seen = length[np.isfinite(length)]
         spread = float(seen.std()) if len(seen) else np.nan
-        rows.append(_joint_row(joint, (median, spread, other)))
+        rows.append(_joint_row(joint, (median, spread, other), errors.get(joint.joint)))
     return rows
 
 
 def joint_row(joint: JointFit) -> dict[str, Any]:
-    """The row of one joint without its skeleton: `bone`, `bone_sd` and `side_difference` are None."""
-    return _joint_row(joint, (np.nan, np.nan, np.nan))
+    """The row of one joint without its skeleton: its bone's columns are None, and those of its angles empty."""
+    return _joint_row(joint, (np.nan, np.nan, np.nan), None)
 
 
-def _joint_row(joint: JointFit, bone: tuple[float, float, float]) -> dict[str, Any]:
+def _joint_row(
+    joint: JointFit, bone: tuple[float, float, float], errors: Mapping[str, float] | None
+) -> dict[str, Any]:
     prior = " ".join(joint.landmarks) + (f" ({joint.source})" if joint.source else "")
     x, y, z = map(_number, joint.centre)
     se_x, se_y, se_z = map(_number, joint.standard_error)
@@ -129,6 +136,7 @@ def _joint_row(joint: JointFit, bone: tuple[float, float, float]) -> dict[str, A
         _number(np.degrees(joint.angle), 2), joint.shown, joint.method, joint.reason,
         _number(joint.share, 3), prior, *(_number(value) for value in bone), joint.shown,
         *_axis_cells(joint),
+        list(errors or ()), [_number(value, 2) for value in (errors or {}).values()],
     )  # fmt: skip
     return dict(zip(JOINT_COLUMNS, values, strict=True))
 

@@ -97,7 +97,7 @@ def find_feet(model: Model, poses: Poses, up: Array, rate: float, rest: Sequence
             if slow.sum() < STAND * rate:
                 continue
             low = float(np.quantile(height[slow], LOWEST))
-            stands = _steady(slow & (height < low + LOW), rate)
+            stands = steady(slow & (height < low + LOW), rate)
             if stands.sum() > min(STANDS * rate, STANDING * len(stands)):
                 found.append((s, marker, place, stands, float(np.median(height[stands]))))
     heights = [above for *_, above in found]
@@ -128,8 +128,8 @@ def speed(track: Array, rate: float) -> Array:
     return np.asarray(rate * np.linalg.norm(np.gradient(track, axis=1), axis=0))
 
 
-def _steady(flags: NDArray[np.bool_], rate: float) -> NDArray[np.bool_]:
-    """Flags without short breaks and without short stands."""
+def steady(flags: NDArray[np.bool_], rate: float) -> NDArray[np.bool_]:
+    """Flags (frames,) of a foot that stands, without short breaks and without short stands."""
     out = flags.copy()
     for start, stop in runs(~out):
         if start > 0 and stop < len(out) and stop - start < BREAK * rate:

@@ -83,6 +83,7 @@ class TestJointsCsv:
         "shown", "method", "reason",
         "from_motion", "prior", "bone", "bone_sd", "side_difference", "determined",
         "axis_x", "axis_y", "axis_z", "axis_se_deg",
+        "angles", "angles_se_deg",
     )  # fmt: skip
 
     def test_one_row_a_joint_with_the_columns_of_the_format(self):
@@ -165,7 +166,7 @@ class TestPandas:
             for name, cell in zip(head[1:], row[1:], strict=True):
                 value = table.loc[row[0], name]
                 if isinstance(value, list):
-                    kind = str if name == "markers" else float
+                    kind = str if name in ("markers", "angles") else float
                     assert [kind(part) for part in cell.split()] == value
                 elif isinstance(value, str):
                     assert cell == value

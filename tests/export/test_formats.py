@@ -175,7 +175,14 @@ def test_all_formats_in_one_call(tmp_path):
     path = SAMPLES / f"{name}.c3d"
     done = mocap_skel(path, "--assoc", ASSOCIATIONS[name], "-o", tmp_path, *chosen)
     assert done.returncode == 0, done.stderr.decode()
-    ends = ["joints.csv", "joints.parquet", "skeleton.c3d", "skeleton.csv", "skeleton.parquet"]
+    ends = [
+        "angles.parquet",
+        "joints.csv",
+        "joints.parquet",
+        "skeleton.c3d",
+        "skeleton.csv",
+        "skeleton.parquet",
+    ]
     want = [f"{name}.{who}.{end}" for who in ("Anna", "Ben") for end in [*ends, "skeleton.trc"]]
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted(want)
     # An output is a clip like any other, and its added points are left out of it.

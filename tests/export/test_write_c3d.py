@@ -159,13 +159,22 @@ def test_a_label_that_is_there_already_gets_a_number(tmp_path):
     assert "LeftHip_2" in again.left_out["joint centres of an earlier fit"]
 
 
-def test_axes_are_a_tenth_of_a_metre_along_the_segments(tmp_path):
-    fit, _, target, _ = copied(SAMPLES / f"{NAME}.c3d", tmp_path, axes=True)
+def test_axes_are_a_tenth_of_a_metre_forward_up_and_to_the_right(tmp_path):
+    fit, clip, target, _ = copied(SAMPLES / f"{NAME}.c3d", tmp_path, axes=True)
     points, _, names, _ = by_us(target)
-    pose = fit.segments["Hips"].pose
     at = {n: points[:, names.index(f"Hips_{n}")].astype(float) / 1000 for n in "OXYZ"}
-    for axis, name in enumerate("XYZ"):
-        np.testing.assert_allclose(at[name] - at["O"], 0.1 * pose.rotation[:, :, axis], atol=2e-6)
+    x, y, z = (10 * (at[n] - at["O"]) for n in "XYZ")
+    np.testing.assert_allclose(np.cross(x, y), z, atol=1e-4)
+    marker = {label: clip.points[:, i] for i, label in enumerate(clip.labels)}
+    right = marker["RFWT"] - marker["LFWT"]
+    right /= np.linalg.norm(right, axis=1)[:, None]
+    # The markers have noise, and the axes are those of all of them.
+    assert (np.einsum("fi,fi->f", z, right) > 0.999).all()
+    ahead = marker["RFWT"] + marker["LFWT"] - marker["RBWT"] - marker["LBWT"]
+    assert (np.einsum("fi,fi->f", x, ahead) > 0).all() and (y[:, 2] > 0.8).all()
+    knee = next(joint for joint in fit.joints if joint.joint == "LeftKnee")
+    origin = points[:, names.index("LowerLeftLeg_O")] / 1000
+    assert np.median(np.linalg.norm(origin - knee.track, axis=1)) < 0.003
 
 
 def test_descriptions_say_which_joint_is_known(tmp_path):

@@ -21,7 +21,7 @@ import pytest
 METRES = 2e-5
 SHARE = 1e-3
 TEXT = ("joint", "parent", "child", "markers", "samples", "shown", "method", "prior",
-        "determined")  # fmt: skip
+        "determined", "angles")  # fmt: skip
 LENGTHS = (
     "x",
     "y",
@@ -38,6 +38,8 @@ LENGTHS = (
 )
 SHARES = ("effective_samples", "theta_deg", "from_motion", "side_difference",
           "axis_x", "axis_y", "axis_z", "axis_se_deg")  # fmt: skip
+# Degrees, rounded to hundredths; they are medians over frames.
+ERRORS = ("angles_se_deg",)
 # Clips and their subjects, as the files are named.
 NAMES = ("range_of_motion", "two_dancers.Anna", "two_dancers.Ben", "nearly_still", "gaps")
 
@@ -77,20 +79,21 @@ def test_the_joints_are_the_same(fresh, name):
         rows(text) for text in (fresh[f"{name}.joints.csv"], kept(f"{name}.joints.csv"))
     )
     assert [list(row) for row in found] == [list(row) for row in expected]
-    assert set(found[0]) == {*TEXT, *LENGTHS, *SHARES, "reason"}
+    assert set(found[0]) == {*TEXT, *LENGTHS, *SHARES, *ERRORS, "reason"}
     for row, old in zip(found, expected, strict=True):
         where = f"{name}, {old['joint']}"
         for column in TEXT:
             assert row[column] == old[column], f"{where}: {column}"
         # A reason may quote a number.
         assert re.sub(r"\d+", "#", row["reason"]) == re.sub(r"\d+", "#", old["reason"]), where
-        for column in (*LENGTHS, *SHARES):
+        for column in (*LENGTHS, *SHARES, *ERRORS):
             assert len(row[column].split()) == len(old[column].split()), f"{where}: {column}"
         if old["shown"] == "no":
             continue
         for column, tolerance in (
             *((c, {"rtol": 0, "atol": METRES}) for c in LENGTHS),
             *((c, {"rtol": SHARE, "atol": 2e-4}) for c in SHARES),
+            *((c, {"rtol": SHARE, "atol": 0.011}) for c in ERRORS),
         ):
             np.testing.assert_allclose(
                 numbers(row[column]),

@@ -211,7 +211,9 @@ def test_events_in_the_header_are_nobodys_points(path):
     change(path, 298, "<HH", 12345, 2)
     change(path, 304, "<ff", 0.5, 1.5)
     change(path, 396, "8s", b"RHS LTO ")
-    assert is_right(path).notes == ()
+    clip = is_right(path)
+    assert clip.notes == ("events outside its frames, which are left out: 1 of 2",)
+    assert [(event.time, event.label) for event in clip.events] == [(0.5, "RHS")]
 
 
 # --- No library sees what is not sound -----------------------------------------------------------

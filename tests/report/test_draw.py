@@ -79,7 +79,7 @@ def test_plots_against_time_show_every_joint_bone_and_marker():
 
 
 class TestCommand:
-    @pytest.mark.parametrize("plot", ["pose", "tracks", "bones", "residuals"])
+    @pytest.mark.parametrize("plot", ["pose", "tracks", "angles", "bones", "residuals"])
     def test_a_picture_is_written_and_not_blank(self, tmp_path, plot):
         done = call("draw", ROM, "--assoc", "cmu", "--plot", plot, cwd=tmp_path)
         assert (done.returncode, done.stdout) == (0, f"wrote range_of_motion.{plot}.png\n")

@@ -11,9 +11,9 @@ from matplotlib.colors import same_color
 from mocap_skel.report.looks import LOOKS
 from mocap_skel.report.pose_figures import Actor, pose_figure
 from mocap_skel.report.time_figures import (
-    _limits,
     _line,
     bones_figure,
+    limits,
     residuals_figure,
     tracks_figure,
 )
@@ -156,11 +156,11 @@ class TestOverTime:
     def test_values_outside_of_an_axis_are_said_to_be_there(self, outlier):
         axes = tracks_figure(actor_of(*hips()), "")[0].axes[0]
         values = np.concatenate([np.linspace(0.0, 1.0, 999), [outlier]])
-        assert _limits(axes, values, 0.1, 0.002) is True
+        assert limits(axes, values, 0.1, 0.002) is True
         # 0.58 of what lies between the quantiles to either side of its middle.
         assert axes.get_ylim() == pytest.approx((-0.08, 1.08), abs=0.005)
-        assert _limits(axes, values, 0.1, 0.0) is False
-        assert _limits(axes, np.array([0.2, np.nan]), 0.1, 0.0) is False
+        assert limits(axes, values, 0.1, 0.0) is False
+        assert limits(axes, np.array([0.2, np.nan]), 0.1, 0.0) is False
         assert axes.get_ylim() == pytest.approx((0.142, 0.258))
 
     def test_the_right_joint_stands_left_of_the_left_one_with_lines_at_its_noise(self):

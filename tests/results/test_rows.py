@@ -63,6 +63,7 @@ def test_a_row_has_the_joints_own_values():
         "from_motion": 0.25, "prior": "LASI RASI (Harrington 2007)", "bone": None, "bone_sd": None,
         "side_difference": None, "determined": "weak",
         "axis_x": None, "axis_y": None, "axis_z": None, "axis_se_deg": None,
+        "angles": [], "angles_se_deg": [],
     }  # fmt: skip
     assert tuple(row) == JOINT_COLUMNS
     # A place of minus nothing would be written as -0.
@@ -72,7 +73,7 @@ def test_a_row_has_the_joints_own_values():
 def test_what_an_unfitted_joint_has_no_value_for_is_none():
     row = joint_row(unfitted("Neck", "Chest", "Head", 5, "no marker on Head"))
     there = {"joint", "parent", "child", "markers", "samples", "effective_samples", "radius", "shown",
-             "method", "reason", "prior", "determined"}  # fmt: skip
+             "method", "reason", "prior", "angles", "angles_se_deg", "determined"}  # fmt: skip
     assert {name for name, value in row.items() if value is not None} == there
     assert (row["shown"], row["samples"], row["prior"]) == ("no", 0, "")
 

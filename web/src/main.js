@@ -16,6 +16,7 @@ class Player extends Playing {
     this.switched();
     this.#picking();
     this.#bands();
+    this.#angles();
     // Bands of the line, and numbers of frames in tables.
     for (const element of document.querySelectorAll('[data-frame]')) {
       element.addEventListener('click', () => {
@@ -39,6 +40,33 @@ class Player extends Playing {
       const near = [...by('bands').querySelectorAll('rect')].map((rect) => [away(rect), rect]).sort(([a], [b]) => a - b)[0];
       if (event.target === by('bands') && near && near[0] <= FINGER) this.goTo(Number(near[1].dataset.frame));
     });
+  }
+
+  /** The pictures of joint angles: the chosen joint's is shown, and a place in it is a frame. */
+  #angles() {
+    const [choice, plots] = [by('angle-joint'), by('angle-plots')];
+    if (!plots) return;
+    choice.addEventListener('change', () => {
+      for (const one of plots.children) one.hidden = one.dataset.angles !== choice.value;
+    });
+    plots.addEventListener('click', (event) => {
+      const svg = event.target.closest('svg');
+      if (!svg) return;
+      const { first, last, left, wide } = Object.fromEntries(Object.entries(plots.dataset).map(([name, value]) => [name, Number(value)]));
+      const box = svg.getBoundingClientRect();
+      const share = (((event.clientX - box.left) / box.width) * wide - left) / (wide - left);
+      this.goTo(Math.round(first + Math.min(Math.max(share, 0), 1) * (last - first)));
+    });
+  }
+
+  /** Puts the strong line of every picture of angles at a frame. */
+  #now(number) {
+    const plots = by('angle-plots');
+    if (!plots) return;
+    const { first, last, left, wide } = plots.dataset;
+    const x = ((number - first) / (last - first)) * (wide - left);
+    this.lines ??= [...plots.querySelectorAll('.now')];
+    for (const line of this.lines) line.setAttribute('transform', `translate(${x.toFixed(1)})`);
   }
 
   /** Stands still in the frame of this number in the file. */
@@ -134,6 +162,7 @@ class Player extends Playing {
   }
 
   told(number) {
+    this.#now(number);
     const said = this.data.about.bands.filter(([start, stop]) => start < number + this.data.about.every && number < stop);
     by('done').replaceChildren(...said.map(([, , words]) => Object.assign(document.createElement('p'), { textContent: words })));
     return said.map(([, , words]) => words).join(', ');

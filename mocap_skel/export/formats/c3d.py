@@ -22,7 +22,8 @@ class C3dOptions(Tracks):
 
     axes: bool = option(
         False,
-        "also each segment's origin and the tips of its axes, and the axes on which joints turn.",
+        "also each segment's origin and the tips of its anatomical axes (x forward, y up, z right), and the axes on "
+        "which joints turn.",
     )
 
 
@@ -38,7 +39,9 @@ def write(fit: SkeletonFit, options: C3dOptions, source: Source) -> Rendered:
     from mocap_skel.export.c3d_copy import c3d_copy
 
     fit, made = options.fit_of(fit)
-    content, notes = c3d_copy(fit, source.clip, source.path, axes=options.axes)
+    content, notes = c3d_copy(
+        fit, source.clip, source.path, axes=options.axes, static=source.static
+    )
     if options.up not in (None, fit.up):
         notes = (f"C3D: a copy keeps the file's axes, {fit.up} up", *notes)
     return Rendered({".skeleton.c3d": content}, (*notes, *(f"C3D: {note}" for note in made)))

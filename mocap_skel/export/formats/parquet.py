@@ -1,8 +1,9 @@
-"""Parquet, by pyarrow: the moving skeleton in long form, and the joints with their evidence."""
+"""Parquet, by pyarrow: the moving skeleton and its angles in long form, and the joints with their evidence."""
 
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from mocap_skel.export.animated import Tracks
@@ -14,31 +15,35 @@ if TYPE_CHECKING:
     from mocap_skel.skeleton_fit import SkeletonFit
 
 # Columns that are the same text over and over.
-_REPEATED = ("clip", "subject", "point", "kind")
+_REPEATED = ("clip", "subject", "point", "kind", "joint", "angle")
 
 
 @register(
     "parquet",
-    suffixes=(".skeleton.parquet", ".joints.parquet"),
+    suffixes=(".skeleton.parquet", ".joints.parquet", ".angles.parquet"),
     options=Tracks,
-    makes="walk.skeleton.parquet and walk.joints.parquet, the tables of csv in long form",
+    makes="walk.skeleton.parquet, walk.joints.parquet and walk.angles.parquet, the tables of csv and angles in long form",
     lacks="a Parquet table has points only, not how the segments turn",
     needs=("pyarrow.parquet", "parquet"),
 )
 def write(fit: SkeletonFit, options: Tracks, source: Source) -> Rendered:
-    """Both tables of a fit.
+    """The three tables of a fit.
 
     Raises:
         MissingExtraError: pyarrow is not installed.
     """
     from mocap_skel.results.axes import turned
 
-    del source
     fit, notes = options.fit_of(fit)
     fit = turned(fit, options.up)
+    angles, said = angles_parquet(fit, source.static)
     return Rendered(
-        {".skeleton.parquet": skeleton_parquet(fit), ".joints.parquet": joints_parquet(fit)},
-        tuple(f"Parquet: {note}" for note in notes),
+        {
+            ".skeleton.parquet": skeleton_parquet(fit),
+            ".joints.parquet": joints_parquet(fit),
+            ".angles.parquet": angles,
+        },
+        (*(f"Parquet: {note}" for note in notes), *(f"angles: {note}" for note in said)),
     )
 
 
@@ -50,13 +55,30 @@ def skeleton_parquet(fit: SkeletonFit) -> bytes:
     Raises:
         MissingExtraError: pyarrow is not installed.
     """
-    import numpy as np
-
     from mocap_skel.results.tables import point_columns
+
+    return _long(fit, point_columns(fit))
+
+
+def angles_parquet(fit: SkeletonFit, static: SkeletonFit | None) -> tuple[bytes, tuple[str, ...]]:
+    """One row a frame and angle, degrees; missing is null. And the notes of the angles.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    from mocap_skel.angles.joint_angles import joint_angles
+    from mocap_skel.results.angle_tables import long_angle_columns
+
+    angles = joint_angles(fit, static)
+    return _long(fit, long_angle_columns(fit, angles)), angles.notes
+
+
+def _long(fit: SkeletonFit, long: Mapping[str, Any]) -> bytes:
+    import numpy as np
 
     pa = extra("pyarrow", "parquet")
     columns = {}
-    for name, values in point_columns(fit).items():
+    for name, values in long.items():
         if name in _REPEATED:
             columns[name] = pa.array(values, pa.string()).dictionary_encode()
         elif values.dtype.kind == "f":
@@ -93,7 +115,7 @@ def _type(pa: Any, name: str, values: list[Any]) -> Any:
         return pa.bool_()
     if known and all(isinstance(value, int) for value in known):
         return pa.int64()
-    return pa.string() if name == "markers" else pa.float64()
+    return pa.string() if name in ("markers", "angles") else pa.float64()
 
 
 def _file(fit: SkeletonFit, table: Any) -> bytes:

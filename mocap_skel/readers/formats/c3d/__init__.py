@@ -54,4 +54,5 @@ def read(path: Path, salvage: bool = False) -> RawClip:
         scale_names=found.scale_names,
         measures=measures,
         notes=(*found.notes, *said),
+        events=found.events,
     )

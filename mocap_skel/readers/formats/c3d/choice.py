@@ -13,6 +13,7 @@ import numpy as np
 from mocap_skel.errors import ClipError
 from mocap_skel.readers.formats.c3d.contents import Contents
 from mocap_skel.readers.formats.c3d.damage import checked
+from mocap_skel.readers.formats.c3d.events import events_of
 from mocap_skel.readers.formats.c3d.layout import relative_step
 from mocap_skel.readers.formats.c3d.section import BLOCK
 from mocap_skel.readers.formats.c3d.survey import Survey, survey
@@ -42,10 +43,12 @@ def read_contents(path: Path, salvage: bool) -> Contents:
     raw = _without_ezc3d(path, "; ".join(reasons)) if reasons else _with_ezc3d(path, found)
     raw = checked(raw, found, salvage)
     person = {"PROCESSING": found.section.groups.get("PROCESSING", {})}
+    moments, about_them = events_of(found)
     raw = replace(
         raw,
-        notes=(*raw.notes, *found.remarks()),
+        notes=(*raw.notes, *found.remarks(), *about_them),
         parameters={**raw.parameters, **person},
+        events=moments,
         rescale=found.rescale,
         scale_names=found.scale_names,
     )

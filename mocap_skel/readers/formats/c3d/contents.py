@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mocap_skel.readers.raw import RawEvent
+
 Groups = dict[str, dict[str, Any]]
 """Parameters: GROUP → NAME → value (flat numbers, or a list of text)."""
 
@@ -24,6 +26,7 @@ class Contents:
         length: frames that the file holds; more than there are in `points` if the library came back short.
         parameters: the groups POINT and TRIAL, and PROCESSING where all readers are done.
         reader: what read it.
+        events: as `RawClip` has them.
         rescale, scale_names: as `RawClip` has them.
         notes: what was decided while reading, one sentence each.
     """
@@ -38,6 +41,7 @@ class Contents:
     notes: tuple[str, ...] = ()
     rescale: float = 1.0
     scale_names: tuple[str, str] = ("", "")
+    events: tuple[RawEvent, ...] = ()
 
 
 def number(value: Any) -> float:
