@@ -70,14 +70,14 @@ def write(fit: SkeletonFit, options: OsimOptions, source: Source) -> Rendered:
     Raises:
         ExportError: there are no two frames in a row in which the figure is known.
     """
-    from mocap_skel.export.coordinates import figure_of
+    from mocap_skel.export.coordinates import figure_of, plain_names
     from mocap_skel.export.opensim import model_text, motion_text
     from mocap_skel.export.trc_text import trc_text
 
     animation, stretches, said = animated(fit, options)
     figure = figure_of(animation, list(stretches.values()), _labels(source))
     masses, notes = _masses(figure, options.mass)
-    name = f"{source.path.stem} {fit.subject}".strip()
+    (name,) = plain_names([f"{source.path.stem} {fit.subject}".strip()])
     start = figure.values(next(iter(stretches.values())))[1][0].tolist()
     credit = f"mocap-skel, from {source.path.name}"
     files: dict[str, str | bytes] = {MODEL: model_text(name, credit, figure, masses, start)}
