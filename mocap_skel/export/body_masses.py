@@ -109,7 +109,8 @@ def masses(
         whole: kilograms of the whole body. What the figure has not is not shared out.
 
     Returns:
-        One a segment; and whether the masses are de Leva's, else the body is shared out equally.
+        One a segment; and whether the masses are de Leva's. A figure most of whose segments he does not know shares
+        the mass out equally.
 
     >>> import numpy as np
     >>> leg, known = masses(
@@ -120,7 +121,9 @@ def masses(
     """
     table = HUMAN | (SPINE if set(SPINE) <= set(names) else {})
     parts = [table.get(name) for name in names]
-    known = any(part is not None for part in parts)
+    # Other animals have a head too: a figure is a person's if most of its segments are.
+    known = 2 * sum(part is not None for part in parts) >= len(parts)
+    parts = parts if known else [None] * len(names)
     shares = [part.mass / WHOLE if part else 0.0 for part in parts]
     if not known:
         shares = [1.0 / len(names)] * len(names)

@@ -79,7 +79,7 @@ def write(fit: SkeletonFit, options: OsimOptions, source: Source) -> Rendered:
     masses, notes = _masses(figure, options.mass)
     (name,) = plain_names([f"{source.path.stem} {fit.subject}".strip()])
     start = figure.values(next(iter(stretches.values())))[1][0].tolist()
-    credit = f"mocap-skel, from {source.path.name}"
+    credit = f"mocap-skel, from {plain_names([source.path.name])[0]}"
     files: dict[str, str | bytes] = {MODEL: model_text(name, credit, figure, masses, start)}
     for part, stretch in stretches.items():
         frames = slice(*stretch)
