@@ -10,7 +10,7 @@ It ends with 1 where a joint is more than 1 mm off, or the markers of the invers
 from the recorded ones than ours.
 """
 
-import os
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -18,11 +18,13 @@ from pathlib import Path
 
 import numpy as np
 import opensim
+from doc_blocks import python_of
 from figures import CLIPS, MOST
 
 from mocap_skel.clip import turn_between
 from mocap_skel.errors import MocapSkelError
 from mocap_skel.export.registry import Source, choose
+from mocap_skel.export.trc_text import trc_text
 from mocap_skel.fit import fit_skeleton
 from mocap_skel.labels.association import associate, read_association
 from mocap_skel.readers import read_clip
@@ -96,36 +98,18 @@ def recorded(path: Path) -> tuple[list[str], np.ndarray]:
     return list(table.getColumnLabels()), values.reshape(len(values), -1, 3)
 
 
-def solved(model: Path, markers: Path, stop: float, names: list[str]) -> Path:
-    """The motion that OpenSim's inverse kinematics finds."""
-    tool = opensim.InverseKinematicsTool()
-    tool.set_model_file(str(model))
-    tool.setMarkerDataFileName(str(markers))
-    tool.setResultsDir(str(model.parent))
-    tool.setName("solved")
-    tool.set_report_errors(False)
-    tool.setStartTime(-np.inf)
-    tool.setEndTime(stop)
-    tasks = tool.getIKTaskSet()
-    for name in names:
-        task = opensim.IKMarkerTask()
-        task.setName(name)
-        task.setApply(True)
-        task.setWeight(1.0)
-        tasks.cloneAndAppend(task)
-    found = model.with_name(f"{model.stem}-solved.mot")
-    tool.setOutputMotionFileName(str(found))
-    # The tool describes the model on standard output, whatever the logger is told.
-    sys.stdout.flush()
-    kept = os.dup(1)
-    with open(os.devnull, "wb") as nothing:
-        os.dup2(nothing.fileno(), 1)
-    try:
-        assert tool.run()
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
-    return found
+def solved(model: Path, names: list[str], points: np.ndarray, rate: float) -> Path:
+    """The motion that OpenSim's inverse kinematics finds for some frames of markers, by the recipe of docs/opensim.md."""
+    folder = model.with_suffix("")
+    folder.mkdir()
+    (folder / "walk.osim").write_text(model.read_text())
+    numbers = np.arange(1, len(points) + 1)
+    text = trc_text("walk.markers.trc", names, points.reshape(len(points), -1), numbers, rate)
+    (folder / "walk.markers.trc").write_text(text)
+    call = [sys.executable, "-c", python_of("docs/opensim.md")]
+    done = subprocess.run(call, cwd=folder, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder / "walk.ik.mot"
 
 
 def root_mean_square(away: np.ndarray) -> float:
@@ -155,9 +139,9 @@ def main(calls: list[str]) -> int:
                 flush=True,
             )
             few = min(SOLVED, len(time))
-            motion = solved(paths[0], paths[2], float(time[few - 1]) + 1e-6, names)
+            motion = solved(paths[0], names, points[:few], 1.0 / (time[1] - time[0]))
             _, there, found = realised(model, motion, bodies)
-            assert len(found) == few
+            assert len(found) == few, len(found)
             theirs, own = root_mean_square(found - points[:few]), root_mean_square(away[:few])
             apart = np.linalg.norm(there - ours[:few], axis=2)
             print(

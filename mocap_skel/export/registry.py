@@ -214,7 +214,7 @@ def formats() -> Mapping[str, Format]:
     """Every format by its name: the default first, the others by name.
 
     >>> list(formats())
-    ['csv', 'bvh', 'c3d', 'glb', 'parquet', 'trc']
+    ['csv', 'bvh', 'c3d', 'glb', 'osim', 'parquet', 'trc']
     >>> formats()["bvh"].suffixes
     ('.bvh',)
     """

@@ -28,7 +28,7 @@ def write_fit(
         clip: what it was fitted to, as `read_clip` gave it; the files are named after it. It is never
             written over.
         folder: where they go; it is made if it is not there.
-        formats: the name of a format, or several: csv, bvh, c3d, parquet, trc.
+        formats: the name of a format, or several: csv, bvh, c3d, glb, osim, parquet, trc.
         overwrite: whether existing files may be replaced.
         told: what the formats can be told, the fields of their options: up="y", axes=True ... Lengths are
             metres, `scale` is the units of the file in a metre. docs/commands/fit.md says what each does.
