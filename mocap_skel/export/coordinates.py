@@ -28,11 +28,13 @@ USUAL, ROOT = "ZXY", "YXZ"
 # Another order is taken where the second angle of the usual one comes so near to a right angle: at it, first and
 # third turn are about one axis. By eye.
 NEAR_LOCK = np.radians(70.0)
+# What a hinge's coordinates are called: its turn about its axis, and what it turns besides.
+HINGE = ("hinge", "stray1", "stray2")
 
 
 @dataclass(frozen=True, eq=False)
-class Turning:
-    """A joint: a frame in each of two bodies, and how one turns in the other.
+class CustomJoint:
+    """A joint as OpenSim's CustomJoint: a frame in each of two bodies, and how one turns in the other.
 
     Attributes:
         name: of the joint.
@@ -70,7 +72,7 @@ class Figure:
     """
 
     bodies: tuple[str, ...]
-    joints: tuple[Turning, ...]
+    joints: tuple[CustomJoint, ...]
     ends: dict[int, Array]
     markers: tuple[tuple[str, int, Array], ...]
     places: tuple[str, str, str]
@@ -103,37 +105,13 @@ def figure_of(
         labels: standard marker → what it is called in the result; others keep their name.
     """
     model, poses = animation.motion.model, animation.motion.poses
-    bones, lab = model.bones, turn_between(animation.up, "y")
+    lab = turn_between(animation.up, "y")
     # From a segment's own axes to its body's.
     body = [BODY @ rest for rest in animation.rest]
-    world = [lab @ poses.turn[:, :, s].transpose(2, 0, 1) @ own.T for s, own in enumerate(body)]
-    hinges = {one.segment: one for one in model.freedoms if isinstance(one, Hinge)}
     names = plain_names(segment.joint or segment.name for segment in model.segments)
-    known = np.concatenate([np.arange(*stretch) for stretch in stretches])
-    frames = {s: _hinge_frames(body, bones.parents[s], hinge) for s, hinge in hinges.items()}
-    turns = []
-    for s, parent in enumerate(bones.parents):
-        turn = world[s] if parent < 0 else world[parent].transpose(0, 2, 1) @ world[s]
-        above, below = frames.get(s, (np.eye(3), np.eye(3)))
-        turns.append(above.T @ turn @ below)
-    orders = _orders(names, {s: turns[s][known] for s in range(len(names)) if s not in frames})
-    joints = []
-    for s, parent in enumerate(bones.parents):
-        above, below = frames.get(s, (np.eye(3), np.eye(3)))
-        order, _ = orders.get(s, (USUAL, 0.0))
-        ways = (
-            ("hinge", "stray1", "stray2") if s in frames else [f"r{axis.lower()}" for axis in order]
-        )
-        first, second, third = (f"{names[s]}_{way}" for way in ways)
-        place = np.zeros(3) if parent < 0 else body[parent] @ bones.offsets[s]
-        name = names[s] if parent >= 0 else f"ground_{names[s]}"
-        joints.append(
-            Turning(name, parent, place, above, below, order, (first, second, third), turns[s])
-        )
+    joints, locked = _joints(animation, names, body, stretches)
     titles = plain_names(labels.get(m, m) for own in model.markers for m in own)
-    where = [
-        (s, body[s] @ place) for s, places in enumerate(bones.places) for place in places
-    ]  # fmt: skip
+    where = [(s, body[s] @ place) for s, own in enumerate(model.bones.places) for place in own]
     x, y, z = (f"{names[0]}_t{axis}" for axis in "xyz")
     return Figure(
         plain_names(segment.name for segment in model.segments),
@@ -143,8 +121,46 @@ def figure_of(
         (x, y, z),
         poses.root.T @ lab.T,
         np.concatenate(animation.recorded, axis=1) @ lab.T,
-        {names[s]: left for s, (_, left) in orders.items() if left < 90.0 - np.degrees(NEAR_LOCK)},
+        locked,
     )
+
+
+def _joints(
+    animation: Animation,
+    names: Sequence[str],
+    body: Sequence[Array],
+    stretches: Sequence[tuple[int, int]],
+) -> tuple[list[CustomJoint], dict[str, float]]:
+    """The joints, and those near to gimbal lock with the angle left to it."""
+    model, poses = animation.motion.model, animation.motion.poses
+    bones, lab = model.bones, turn_between(animation.up, "y")
+    frames = {
+        one.segment: _hinge_frames(body, bones.parents[one.segment], one)
+        for one in model.freedoms
+        if isinstance(one, Hinge)
+    }
+    upright = (np.eye(3), np.eye(3))
+    world = [lab @ poses.turn[:, :, s].transpose(2, 0, 1) @ own.T for s, own in enumerate(body)]
+    turns = []
+    for s, parent in enumerate(bones.parents):
+        turn = world[s] if parent < 0 else world[parent].transpose(0, 2, 1) @ world[s]
+        above, below = frames.get(s, upright)
+        turns.append(above.T @ turn @ below)
+    known = np.concatenate([np.arange(*stretch) for stretch in stretches])
+    orders = _orders(names, {s: turns[s][known] for s in range(len(names)) if s not in frames})
+    joints = []
+    for s, parent in enumerate(bones.parents):
+        order, _ = orders.get(s, (USUAL, 0.0))
+        ways = HINGE if s in frames else [f"r{axis.lower()}" for axis in order]
+        first, second, third = (f"{names[s]}_{way}" for way in ways)
+        name = names[s] if parent >= 0 else f"ground_{names[s]}"
+        place = np.zeros(3) if parent < 0 else body[parent] @ bones.offsets[s]
+        coordinates = (first, second, third)
+        joints.append(
+            CustomJoint(name, parent, place, *frames.get(s, upright), order, coordinates, turns[s])
+        )
+    near = 90.0 - np.degrees(NEAR_LOCK)
+    return joints, {names[s]: left for s, (_, left) in orders.items() if left < near}
 
 
 def plain_names(names: Iterable[str]) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from mocap_skel.export.body_masses import Mass
-from mocap_skel.export.coordinates import Figure, Turning
+from mocap_skel.export.coordinates import CustomJoint, Figure
 from mocap_skel.export.euler import euler_angles
 from mocap_skel.rig.kinematics import shortest_turn
 from mocap_skel.segments.pose import Array
@@ -119,27 +119,27 @@ def _place(frame: ET.Element, parent: str, place: Array, turn: Array) -> None:
 
 
 def _add_joint(
-    joints: ET.Element, body: str, turning: Turning, figure: Figure, values: Iterable[float]
+    joints: ET.Element, body: str, custom: CustomJoint, figure: Figure, values: Iterable[float]
 ) -> None:
-    free = turning.parent < 0
-    joint = ET.SubElement(joints, "CustomJoint", name=turning.name)
-    above, below = f"{turning.name}_above", f"{turning.name}_below"
+    free = custom.parent < 0
+    joint = ET.SubElement(joints, "CustomJoint", name=custom.name)
+    above, below = f"{custom.name}_above", f"{custom.name}_below"
     _add(joint, "socket_parent_frame", above)
     _add(joint, "socket_child_frame", below)
     coordinates = ET.SubElement(joint, "coordinates")
-    for title, value in zip(turning.coordinates, values, strict=False):
+    for title, value in zip(custom.coordinates, values, strict=False):
         _add_coordinate(coordinates, title, float(np.radians(value)), np.pi)
     for title, value in zip(figure.places if free else (), values, strict=False):
         _add_coordinate(coordinates, title, value, 10.0)
     frames = ET.SubElement(joint, "frames")
-    parent = "/ground" if free else f"/bodyset/{figure.bodies[turning.parent]}"
+    parent = "/ground" if free else f"/bodyset/{figure.bodies[custom.parent]}"
     for name, where, place, turn in (
-        (above, parent, turning.place, turning.above),
-        (below, f"/bodyset/{body}", np.zeros(3), turning.below),
+        (above, parent, custom.place, custom.above),
+        (below, f"/bodyset/{body}", np.zeros(3), custom.below),
     ):
         _place(ET.SubElement(frames, "PhysicalOffsetFrame", name=name), where, place, turn)
     transform = ET.SubElement(joint, "SpatialTransform")
-    for i, (axis, title) in enumerate(zip(turning.order, turning.coordinates, strict=True), 1):
+    for i, (axis, title) in enumerate(zip(custom.order, custom.coordinates, strict=True), 1):
         _add_axis(transform, f"rotation{i}", "XYZ".index(axis), title)
     for i in range(3):
         _add_axis(transform, f"translation{i + 1}", i, figure.places[i] if free else "")

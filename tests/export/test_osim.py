@@ -12,14 +12,17 @@ from bvh_files import fit_without, on, whole
 from commands import ROM, call, files
 from osim_files import Model, radians, read_motion, rig_of, sample, vector, written
 from recordings import clip_of, fit_clip, fit_sample, known
+from scipy.spatial.transform import Rotation
 from trc_files import read_trc
 
 from mocap_skel import associate, read_clip
 from mocap_skel.artificial import Faults, circumduct, figure_of, markers_of, ranges_of, record
 from mocap_skel.export.body_masses import HUMAN, SPINE, WHOLE, masses
+from mocap_skel.export.coordinates import _hinge_frames
 from mocap_skel.export.registry import Source, choose
 from mocap_skel.figure.skeleton import read_skeleton
 from mocap_skel.labels.association import Association, Rule
+from mocap_skel.rig.freedoms import Hinge
 
 # Metres and radians: the files have 8 decimals of a metre and of a degree; seven joints in a row, 2 m of chain.
 PLACE = 1e-6
@@ -148,6 +151,24 @@ class TestMotion:
             assert all(np.sqrt(np.mean(other**2)) < 5.0 for other in others)
             # Its axis points to the right: a shank that goes back turns against it.
             assert hinge.min() < -20.0
+
+    @pytest.mark.parametrize("seed", range(20))
+    def test_the_axes_of_a_hinge_are_third_in_both_its_frames(self, seed):
+        """Also where the rest pose has them opposite, to which there is no shortest turn."""
+        rng = np.random.default_rng(seed)
+        above, below = rng.normal(size=(2, 3))
+        below = -above if seed == 0 else below
+        above, below = above / np.linalg.norm(above), below / np.linalg.norm(below)
+        body = Rotation.random(2, rng=rng).as_matrix()
+        axes = _hinge_frames(body, 0, Hinge(1, above, below, 1.0))
+        for frame, turn, axis in zip(axes, body, (above, below), strict=True):
+            np.testing.assert_allclose(frame.T @ frame, np.eye(3), atol=1e-12)
+            assert np.linalg.det(frame) == pytest.approx(1.0)
+            assert abs(frame[:, 2] @ turn @ axis) == pytest.approx(1.0, abs=1e-9)
+        # Both the same way round, along the nearest body axis.
+        ways = [f[:, 2] @ b @ a for f, b, a in zip(axes, body, (above, below), strict=True)]
+        assert ways[0] * ways[1] == pytest.approx(1.0, abs=1e-9)
+        assert axes[0][np.abs(axes[0][:, 2]).argmax(), 2] > 0
 
 
 class TestMarkers:

@@ -62,7 +62,7 @@ class OsimOptions(Whole):
     suffixes=SUFFIXES,
     options=OsimOptions,
     makes="walk.osim, walk.mot and walk.markers.trc, a model for OpenSim",
-    lacks="an OpenSim model has no muscles here, and its motion cannot say that something is missing",
+    lacks="a model for OpenSim has no muscles here, and its motion cannot say that something is missing",
 )
 def write(fit: SkeletonFit, options: OsimOptions, source: Source) -> Rendered:
     """The model with the fitted bones and markers, its coordinates over time, and the markers as recorded.
