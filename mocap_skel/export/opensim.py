@@ -1,7 +1,7 @@
 """A figure as an OpenSim 4 model, and its coordinates as a motion file.
 
 Format: OpenSim 4, "OpenSim Models" and "Storage (.sto and .mot) Files" of its documentation; document version 40000 is
-read by every OpenSim 4.
+that of OpenSim 4.0, which later ones read.
 """
 
 from __future__ import annotations

@@ -277,7 +277,9 @@ def generated(name, rig="markers"):
 
 class TestOtherFigures:
     @pytest.mark.parametrize("rig", ["markers", "full"])
-    @pytest.mark.parametrize("name", ["right_leg", "lower_body", "left_arm", "quadruped", "hand"])
+    @pytest.mark.parametrize(
+        "name", ["right_leg", "lower_body", "left_arm", "head", "quadruped", "hand"]
+    )
     def test_their_joints_are_where_the_rig_has_them(self, name, rig):
         fit = generated(name)
         made = written(fit, rig=rig)
