@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint types bench validate golden docs samples page blender three clean
+.PHONY: help demo test fuzz lint types bench validate golden docs samples page blender opensim three clean
 
 help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
@@ -65,6 +65,15 @@ samples: $(STAMP) ## Make sample_data again from its generator
 blender: .venv-blender/installed ## Opt-in (0.4 GB): Blender puts every joint where the model does, FBX and USD too
 	.venv-blender/bin/python tests/blender_check.py $(FILES)
 
+# OpenSim's wheel decides numpy's version, so it has an environment of its own; 4.6 is for Python 3.11 to 3.13.
+.venv-opensim/installed: pyproject.toml
+	$(PYTHON) -m venv .venv-opensim
+	.venv-opensim/bin/python -m pip install --quiet --disable-pip-version-check --editable . 'opensim==4.6.*'
+	@touch $@
+
+opensim: .venv-opensim/installed ## Opt-in (0.3 GB): OpenSim puts joints and markers where the model does; its inverse kinematics
+	.venv-opensim/bin/python tests/opensim_check.py $(FILES)
+
 three: $(STAMP) ## Opt-in (node, npm, Chromium): three.js puts every joint of a GLB where the model does
 	cd web && npm ci --ignore-scripts --no-audit --no-fund
 	$(BIN)/python tests/three_check.py $(FILES)
@@ -73,5 +82,5 @@ page: ## Bundle the report page's viewer again (needs node and npm)
 	cd web && npm ci --ignore-scripts --no-audit --no-fund && npm run build
 
 clean: ## Remove the environment, caches and demo results
-	rm -rf $(VENV) .venv-blender web/node_modules demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) .venv-blender .venv-opensim web/node_modules demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

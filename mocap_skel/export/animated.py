@@ -129,28 +129,20 @@ class Tracks(Turned):
 
 
 @dataclass(frozen=True)
-class Animated(Options):
-    """The options of a format that holds a moving rigid figure.
+class Whole(Options):
+    """The options of a format that holds a moving rigid figure, bones as fitted, and cannot leave a gap.
 
     Attributes:
         max_gap: seconds for which a turn that nothing shows is bridged.
         smooth: hertz of the filter, AUTO, or 0.
-        feet: "free", or "lock": each sole is held where it stands.
         rig: which joints the figure has, MARKERS or FULL.
-        asymmetric: keep the measured difference of left and right bones.
         stretches: "longest" or "all" of the stretches of frames in which the whole figure is known.
         trim: hold no pose at the clip's ends: leave those frames out.
-        names: how the joints are called, one of `joint_names.NAMINGS`.
-        floor: move the figure up or down so that its lowest point over the clip is at zero.
     """
 
     max_gap: float = _gap()
-    smooth: float | str = _smooth(AUTO)
-    feet: str = option("free", "lock holds each sole where it stands.", choices=("free", "lock"))
+    smooth: float | str = _smooth(0.0)
     rig: str = _rig()
-    asymmetric: bool = option(
-        False, "keep the measured difference of left and right bones; else they are made equal."
-    )
     stretches: str = option(
         "longest",
         "where a gap is too long to bridge: the longest stretch of whole frames, or all, each in a file of its "
@@ -158,6 +150,38 @@ class Animated(Options):
         choices=("longest", "all"),
     )
     trim: bool = option(False, "leave out incomplete frames at both ends, however few.")
+
+    @property
+    def choice(self) -> Choice:
+        """The same, as the rig takes it."""
+        from mocap_skel.rig.animation import Choice
+        from mocap_skel.rig.motion import Limits
+
+        hold = 0.0 if self.trim else Limits.hold
+        limits = Limits(gap=self.max_gap, hold=hold)
+        return Choice(limits, smooth=self.smooth, even=False, full=self.rig == FULL)
+
+    def quality(self, fit: SkeletonFit) -> Quality:
+        """How good the figure is, over all frames in which it is known."""
+        return _quality(fit, self.choice)
+
+
+@dataclass(frozen=True)
+class Animated(Whole):
+    """The options of a format for animators: a moving rigid figure, calm, and alike on both sides.
+
+    Attributes:
+        feet: "free", or "lock": each sole is held where it stands.
+        asymmetric: keep the measured difference of left and right bones.
+        names: how the joints are called, one of `joint_names.NAMINGS`.
+        floor: move the figure up or down so that its lowest point over the clip is at zero.
+    """
+
+    smooth: float | str = _smooth(AUTO)
+    feet: str = option("free", "lock holds each sole where it stands.", choices=("free", "lock"))
+    asymmetric: bool = option(
+        False, "keep the measured difference of left and right bones; else they are made equal."
+    )
     names: str = option(
         "mocap",
         "joints named as in the skeleton file, as Mixamo's (mixamorig:LeftUpLeg), as Unreal's mannequin's "
@@ -171,18 +195,9 @@ class Animated(Options):
     @property
     def choice(self) -> Choice:
         """The same, as the rig takes it."""
-        from mocap_skel.rig.animation import Choice
-        from mocap_skel.rig.motion import Limits
+        from dataclasses import replace
 
-        hold = 0.0 if self.trim else Limits.hold
-        limits = Limits(gap=self.max_gap, hold=hold)
-        return Choice(
-            limits, self.smooth, self.feet == "lock", not self.asymmetric, self.rig == FULL
-        )
-
-    def quality(self, fit: SkeletonFit) -> Quality:
-        """How good the figure is, over all frames in which it is known."""
-        return _quality(fit, self.choice)
+        return replace(super().choice, lock=self.feet == "lock", even=not self.asymmetric)
 
 
 def _quality(fit: SkeletonFit, choice: Choice) -> Quality:
@@ -206,26 +221,44 @@ def rigs_of(fit: SkeletonFit, options: Animated, up: str) -> tuple[dict[str, Rig
     Raises:
         ExportError: there are no two frames in a row in which the figure is known.
     """
-    from mocap_skel.rig.animation import animate, animation_notes
     from mocap_skel.rig.rigging import rig_of
 
-    animation = animate(fit, options.choice)
-    stretches = [one for one in animation.motion.stretches if one[1] - one[0] > 1]
-    if not stretches:
-        raise ExportError(f"{fit.clip}: no two frames in a row show a whole figure")
-    chosen = sorted(stretches) if options.stretches == "all" else stretches[:1]
-    notes = [
-        *absences(fit, animation),
-        *animation_notes(animation),
-        *_left_out(animation, chosen),
-    ]
-    rigs = {}
-    for i, stretch in enumerate(chosen, 1):
+    animation, stretches, said = animated(fit, options)
+    notes, rigs = [*said], {}
+    for part, stretch in stretches.items():
         rig, segments, more = rig_of(animation, stretch, up=up, floor=options.floor)
         names, unnamed = joint_names(segments, options.names)
-        rigs["" if len(chosen) == 1 else f".{i}"] = rig.called(names)
+        rigs[part] = rig.called(names)
         notes += [*more, *unnamed]
     return rigs, tuple(dict.fromkeys(notes))
+
+
+def animated(
+    fit: SkeletonFit, options: Whole
+) -> tuple[Animation, dict[str, tuple[int, int]], tuple[str, ...]]:
+    """The moving figure of a fit, the stretches of frames that are asked for, and notes.
+
+    Args:
+        fit: in the clip's own axes.
+        options: what the format was told.
+
+    Returns:
+        The figure; what a file's name has before its suffix ("" for one stretch, else .1, .2 …) → (start, stop);
+        what was done to the motion, and what is left out.
+
+    Raises:
+        ExportError: there are no two frames in a row in which the figure is known.
+    """
+    from mocap_skel.rig.animation import animate, animation_notes
+
+    animation = animate(fit, options.choice)
+    whole = [one for one in animation.motion.stretches if one[1] - one[0] > 1]
+    if not whole:
+        raise ExportError(f"{fit.clip}: no two frames in a row show a whole figure")
+    chosen = sorted(whole) if options.stretches == "all" else whole[:1]
+    notes = (*absences(fit, animation), *animation_notes(animation), *_left_out(animation, chosen))
+    parts = {"" if len(chosen) == 1 else f".{i}": one for i, one in enumerate(chosen, 1)}
+    return animation, parts, notes
 
 
 def absences(fit: SkeletonFit, animation: Animation) -> list[str]:

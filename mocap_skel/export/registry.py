@@ -216,7 +216,7 @@ def formats() -> Mapping[str, Format]:
     """Every format by its name: the default first, the others by name.
 
     >>> list(formats())
-    ['csv', 'angles', 'bvh', 'c3d', 'events', 'glb', 'parquet', 'trc']
+    ['csv', 'angles', 'bvh', 'c3d', 'events', 'glb', 'osim', 'parquet', 'trc']
     >>> formats()["bvh"].suffixes
     ('.bvh',)
     """

@@ -30,7 +30,7 @@ def write_fit(
         clip: what it was fitted to, as `read_clip` gave it; the files are named after it. It is never
             written over.
         folder: where they go; it is made if it is not there.
-        formats: the name of a format, or several: csv, angles, bvh, c3d, glb, parquet, trc.
+        formats: the name of a format, or several: csv, angles, bvh, c3d, events, glb, osim, parquet, trc.
         overwrite: whether existing files may be replaced.
         static: the same subject in a static clip, whose mean pose is neutral for angles.
         told: what the formats can be told, the fields of their options: up="y", axes=True ... Lengths are
