@@ -13,7 +13,7 @@ from mocap_skel.angles.errors import Turns, standard_errors, turns_by_source
 from mocap_skel.angles.neutral import Static, mean_rotation, seen_from, with_landmarks
 from mocap_skel.angles.places import HingeAxis, Place, Source, Surveyed
 from mocap_skel.angles.sequences import angles_by_turn, angles_of, locked, settled, unwrapped
-from mocap_skel.clip import AXES
+from mocap_skel.clip import AXES, vertical
 from mocap_skel.figure.angle_table import AngleRule, FrameRule, Way, angle_table
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
@@ -247,8 +247,7 @@ def _between(
 
 def _lab(up: str) -> Array:
     """The lab's anatomical axes: y up, x the first horizontal axis behind it in the circle of x, y, z."""
-    eye, u = np.eye(3), AXES.index(up)
-    y, x = eye[u], eye[(u + 1) % 3]
+    y, x = vertical(up), np.eye(3)[(AXES.index(up[-1]) + 1) % 3]
     return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
