@@ -54,7 +54,7 @@ def write_fit(
     chosen = choose(formats, **told)
     path = Path(clip.name)
     source = Source(clip, path)
-    stem = stem_of(path, clip, fit)
+    stem = stem_of(path, clip, fit.subject)
     contents = {
         Path(folder) / f"{stem}{suffix}": content
         for one in chosen
@@ -64,7 +64,7 @@ def write_fit(
     return tuple(contents)
 
 
-def stem_of(path: Path, clip: Clip, fit: SkeletonFit) -> str:
-    """What a fit's files are called before the suffix: the clip, and the subject where it has several."""
-    several = len(clip.subject_names) > 1 and fit.subject
-    return f"{path.stem}.{safe_name(fit.subject)}" if several else path.stem
+def stem_of(path: Path, clip: Clip, subject: str) -> str:
+    """What a subject's files are called before the suffix: the clip, and the subject where it has several."""
+    several = len(clip.subject_names) > 1 and subject
+    return f"{path.stem}.{safe_name(subject)}" if several else path.stem
