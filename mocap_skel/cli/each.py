@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -59,12 +58,7 @@ class _Calls:
 
     def failed(self, clip: Path, error: Exception) -> None:
         """A clip without a result."""
-        self._complain(error)
-        if self.manner == "json":
-            from mocap_skel.pipeline.telling import failure_row
-
-            last = self.failures[-1]
-            say(json.dumps(failure_row(clip, last.message, last.hint)))
+        self._complain(clip, error)
 
     def wrote(
         self,
@@ -74,12 +68,16 @@ class _Calls:
         said: Iterable[str],
     ) -> None:
         """A clip with results, though parts of it may have failed."""
-        for error in failed:
-            self._complain(error)
-        for note in [] if self._quiet else notes:
-            click.echo(f"mocap-skel: {clip}: {note}", err=True)
         for text in said:
             say(text)
+        for error in failed:
+            self._complain(clip, error)
+        for note in [] if self._quiet else notes:
+            click.echo(f"mocap-skel: {clip}: {note}", err=True)
+            if self.manner == "json":
+                from mocap_skel.pipeline.telling import note_row
+
+                say(note_row(clip, note))
 
     def code(self, written: bool, clips: int) -> int:
         """The exit code."""
@@ -93,10 +91,14 @@ class _Calls:
         wrong = all(isinstance(error, CallError) for error in self.failures)
         return USAGE if wrong else NOTHING_FITTED
 
-    def _complain(self, error: Exception) -> None:
+    def _complain(self, clip: Path, error: Exception) -> None:
         known = error if isinstance(error, MocapSkelError) else bug(error, self._debug)
         self.failures.append(known)
         complain(known)
+        if self.manner == "json":
+            from mocap_skel.pipeline.telling import failure_row
+
+            say(failure_row(clip, known))
 
 
 def _one(clip: Path, job: Job, calls: _Calls) -> int:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
+from mocap_skel.errors import MocapSkelError
 from mocap_skel.pipeline.clip_files import Done
 from mocap_skel.results.rig_rows import RIG_TABLE, rig_rows
 from mocap_skel.results.tables import joint_rows
@@ -25,9 +26,15 @@ def told(path: Path, done: Done, manner: Manner) -> tuple[str, ...]:
     return tuple(_tables(path, done, manner == "wide")) if manner else ()
 
 
-def failure_row(path: Path, message: str, hint: str | None) -> dict[str, Any]:
+def note_row(path: Path, note: str) -> str:
+    """A line of JSON with what there is to say about a clip."""
+    return json.dumps({"clip": str(path), "table": NOTES, "note": note})
+
+
+def failure_row(path: Path, error: MocapSkelError) -> str:
     """A line of JSON about a clip, a subject or a format that failed."""
-    return {"clip": str(path), "table": FAILURES, "failure": message, "hint": hint}
+    row = {"clip": str(path), "table": FAILURES, "failure": error.message, "hint": error.hint}
+    return json.dumps(row)
 
 
 def _rows(path: Path, done: Done) -> Iterator[dict[str, Any]]:
@@ -39,10 +46,6 @@ def _rows(path: Path, done: Done) -> Iterator[dict[str, Any]]:
         about = {"table": RIG_TABLE, "formats": figure.formats}
         for row in rig_rows(figure.quality):
             yield {"clip": clip, "subject": figure.subject, **about, **row}
-    for note in done.notes:
-        yield {"clip": clip, "table": NOTES, "note": note}
-    for error in done.failed:
-        yield failure_row(path, error.message, error.hint)
 
 
 def _tables(path: Path, done: Done, wide: bool) -> Iterator[str]:
