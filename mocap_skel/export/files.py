@@ -34,19 +34,19 @@ def check_free(paths: Iterable[Path], overwrite: bool, inputs: Iterable[Path] = 
     Raises:
         OutputError: a file is there already or is an input, a folder has its name, or it cannot be looked at.
     """
-    own = {found for path in inputs if (found := _identity(path))}
+    own = {found for path in inputs if (found := identity(path))}
     for path in paths:
         with ours(path, OutputError):
             if path.is_dir():
                 raise OutputError("is a folder")
-            if own and _identity(path) in own:
+            if own and identity(path) in own:
                 raise OutputError("is an input of this call", "use another -o")
             if os.path.lexists(path) and not overwrite:
                 raise ExistsError("exists already", "use --overwrite or another -o")
 
 
-def _identity(path: Path) -> tuple[int, int] | None:
-    """What all names of a file have in common; None where there is none to look at."""
+def identity(path: Path) -> tuple[int, int] | None:
+    """What all names of a file have in common: device and number. None where there is none to look at."""
     try:
         found = path.stat()
     except OSError:
