@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
@@ -13,6 +13,9 @@ from mocap_skel.cli.jobs import Told, job_of
 from mocap_skel.errors import CallError
 from mocap_skel.export.registry import DEFAULT, choose
 from mocap_skel.export.registry import formats as known_formats
+
+if TYPE_CHECKING:
+    from mocap_skel.pipeline.engine import Engine
 
 
 class _For(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.2 on only
@@ -64,6 +67,11 @@ def _cores() -> int:
     help="Clips that are fitted at the same time.",
 )  # fmt: skip
 @click.option(
+    "--engine", type=click.Choice(["local", "dask"]), default="local", show_default=True,
+    help="Who fits: children of this process, or the workers of a Dask scheduler (pip install 'mocap-skel[cluster]').",
+)  # fmt: skip
+@click.option("--scheduler", metavar="ADDRESS", help="Of the Dask scheduler: tcp://HOST:PORT.")
+@click.option(
     "--resume/--no-resume", default=True, show_default=True,
     help="Leave out clips that are finished: same content, options and version, by the manifest.",
 )  # fmt: skip
@@ -91,6 +99,8 @@ def command(
     folder: Path,
     root: Path | None,
     jobs: int | None,
+    engine: str,
+    scheduler: str | None,
     resume: bool,
     skip_existing: bool,
     overwrite: bool,
@@ -118,9 +128,10 @@ def command(
     from mocap_skel.cli.many import run
     from mocap_skel.labels.association import read_association
     from mocap_skel.pipeline.batch import Rules
-    from mocap_skel.pipeline.engine import Local
     from mocap_skel.pipeline.inputs import STANDARD_INPUT, find_clips, from_standard_input
 
+    if (engine == "dask") != (scheduler is not None):
+        raise CallError("--engine dask and --scheduler ADDRESS go together")
     chosen = choose(formats, **format_options.told_of(told, formats))
     for one in chosen:
         one.format.check_installed()
@@ -139,8 +150,18 @@ def command(
         formats=chosen, folder=folder, overwrite=overwrite, strict=strict,
     )  # fmt: skip
     rules = Rules(resume, skip_existing, fail_fast, known)
-    engine = Local(jobs or _cores())
-    return run(places, job, rules, engine, as_json=as_json, quiet=quiet)
+    who = _engine(engine, scheduler, jobs)
+    return run(places, job, rules, who, as_json=as_json, quiet=quiet)
+
+
+def _engine(name: str, scheduler: str | None, jobs: int | None) -> Engine:
+    if name == "dask" and scheduler is not None:
+        from mocap_skel.pipeline.cluster import Dask
+
+        return Dask(scheduler, jobs)
+    from mocap_skel.pipeline.engine import Local
+
+    return Local(jobs or _cores())
 
 
 def _read_job(ctx: click.Context, path: Path | None) -> None:

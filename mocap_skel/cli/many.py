@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, say
-from mocap_skel.errors import CallError, MocapSkelError
+from mocap_skel.errors import CallError, ExistsError, MocapSkelError
 from mocap_skel.pipeline.batch import Batch, Event, Fate, Rules, results_of
 from mocap_skel.text import counted
 
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 # Seconds between two lines that say how far it is, where nobody watches a bar. Picked by eye.
 _EVERY = 30.0
+# Clips whose results exist already are named as far as these, the others are counted. Picked by eye.
+_NAMED = 3
 
 
 def run(
@@ -55,13 +57,21 @@ def run(
         places = [place for place in places if Path(os.path.abspath(place.path)) not in results]
         show = _Shown(len(places), quiet, as_json, debug)
         batch = Batch(places, job, rules, manifest, lambda error: bug(error, debug))
+        broken = False
         try:
             with show.progress():
                 for event in batch.run(engine):
                     show.event(event)
+        except MocapSkelError as error:
+            if not show.written:
+                raise
+            # The batch came to an end before its clips did.
+            complain(error)
+            broken = True
         finally:
             # Whatever happened, the tables tell what is there.
             rows = _write_tables(manifest, tables)
+    show.end()
     if as_json:
         for row in rows:
             say(json.dumps({"table": "summary", **row}, allow_nan=False))
@@ -70,7 +80,7 @@ def run(
     fates, left = show.fates, len(places) - show.fates.total()
     if not quiet:
         click.echo(f"mocap-skel: {_in_words(fates, left, time.monotonic() - since)}", err=True)
-    if not fates[Fate.FAILED]:
+    if not fates[Fate.FAILED] and not broken:
         return 0
     if show.written or fates[Fate.KEPT] or fates[Fate.SKIPPED]:
         return FAILED
@@ -91,6 +101,7 @@ class _Shown:
         self.written = False
         self.only_wrong_calls = True
         self._clips, self._quiet, self._json, self._debug = clips, quiet, as_json, debug
+        self._there = 0
         self._bar: tqdm[Any] | None = None
         self._since = self._last = time.monotonic()
 
@@ -105,6 +116,11 @@ class _Shown:
         with tqdm(total=self._clips, unit="clip", file=sys.stderr) as self._bar:
             yield
 
+    def end(self) -> None:
+        """Say what was only counted."""
+        if self._there > _NAMED:
+            click.echo(f"mocap-skel: error: {self._there - _NAMED} more exist already", err=True)
+
     def event(self, event: Event) -> None:
         """Show that the call is done with a clip."""
         self.fates[event.fate] += 1
@@ -116,7 +132,9 @@ class _Shown:
         if self._bar is not None:
             self._bar.clear()
         for failure in failures:
-            complain(failure)
+            self._there += isinstance(failure, ExistsError)
+            if not isinstance(failure, ExistsError) or self._there <= _NAMED:
+                complain(failure)
         if self._json:
             line = event.line or {"clip": str(event.place.path), "name": event.place.name}
             more = {} if event.line else {"status": event.fate.value, "reason": _reason(failures)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, replace
 from enum import Enum
@@ -167,7 +167,7 @@ class Batch:
         """
         known = self.manifest.finished(place.name)
         whole = known is not None and self._whole(known)
-        same = whole and known is not None and known.options == self.options_of(job)
+        same = whole and known is not None and has_all(known.options, self.options_of(job))
         if (
             self.rules.resume
             and same
@@ -237,6 +237,7 @@ class Batch:
                 "sha256": result.digest, "joints": list(result.joints),
                 "files": {self._below(target): part.stat().st_size for target, part in result.parts.items()},
             }  # fmt: skip
+            self._add_formats(line)
             try:
                 self._put(task, result, line, stage)
             except MocapSkelError as error:
@@ -252,6 +253,18 @@ class Batch:
                 line["sha256"] = digest_of(place.path)
         self.manifest.append(line)
         return Event(place, Fate.FAILED, (result,), line)
+
+    def _add_formats(self, line: dict[str, Any]) -> None:
+        """Let the line tell of results in other formats, too, that are of the same fit."""
+        known = self.manifest.finished(line["name"])
+        if known is None or known.sha256 != line["sha256"] or not self._whole(known):
+            return
+        if _fit_options(known.options) == _fit_options(line["options"]):
+            formats = {**known.options["formats"], **line["options"]["formats"]}
+            line |= {
+                "options": {**line["options"], "formats": formats},
+                "files": {**known.files, **line["files"]},
+            }
 
     def _put(self, task: Task, answer: Answer, line: dict[str, Any], stage: Path) -> None:
         """Put the results into their places and tell the manifest, without an interrupt in between."""
@@ -357,6 +370,18 @@ def options_of(job: Job) -> dict[str, Any]:
     # As it is read from the manifest: lists, no tuples.
     plain: dict[str, Any] = json.loads(json.dumps(told, default=str))
     return plain
+
+
+def has_all(known: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:
+    """Whether results with the known options are all that is wanted: the same fit, and at least the formats."""
+    formats = known["formats"]
+    return _fit_options(known) == _fit_options(wanted) and all(
+        formats.get(name) == told for name, told in wanted["formats"].items()
+    )
+
+
+def _fit_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if name != "formats"}
 
 
 def _calibration_text(job: Job) -> bytes:

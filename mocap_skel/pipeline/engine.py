@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -141,10 +142,18 @@ class Local:
             yield from outcomes
 
 
-def begin(worker: Worker, task: Task) -> None:
-    """Let a child do a task, within the limits of its clip."""
-    seconds = SECONDS + SECONDS_PER_BYTE * size_of(task.path)
-    worker.start(work, task, memory=memory_for(task.path), seconds=seconds)
+def begin(worker: Worker, task: Task, folder: Path | None = None) -> None:
+    """Let a child do a task, within the limits of its clip.
+
+    Args:
+        worker: the child.
+        task: what it does.
+        folder: from which the task's paths lead on; None = the current one.
+    """
+    path = (folder or Path()) / task.path
+    seconds = SECONDS + SECONDS_PER_BYTE * size_of(path)
+    arguments = (task,) if folder is None else (task, folder)
+    worker.start(work, *arguments, memory=memory_for(path), seconds=seconds)
 
 
 def result_of(worker: Worker, task: Task) -> Answer | Exception:
@@ -158,12 +167,19 @@ def result_of(worker: Worker, task: Task) -> Answer | Exception:
     return answer
 
 
-def work(task: Task) -> Answer:
+def work(task: Task, folder: Path | None = None) -> Answer:
     """Read, fit and render a clip, and leave its results where the task says. It runs in a child.
+
+    Args:
+        task: what to do.
+        folder: from which the task's paths lead on; None = the current one.
 
     Raises:
         MocapSkelError: as `clip_files.render`; or nothing can be written.
     """
+    if folder is not None:
+        with ours(folder, ClipError):
+            os.chdir(folder)
     digest = digest_of(task.path) if task.hashed else ""
     done = render(task.path, task.job)
     joints = tuple(

@@ -62,6 +62,12 @@ class _Joint:
         default_factory=lambda: {n: _Running() for n in _MEASURED}
     )
 
+    def add(self, row: Mapping[str, Any]) -> None:
+        self.shown[row["shown"]] += 1
+        for name, running in self.measured.items():
+            if row[name] is not None:
+                running.add(row[name])
+
 
 def summary(lines: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """One row a joint over all clips with results, then one for each actor, where names tell who that is.
@@ -79,13 +85,8 @@ def summary(lines: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
         if line["status"] not in WITH_RESULTS:
             continue
         for row in line["joints"]:
-            joint = found.setdefault(
-                (actor_of(line["name"], row["subject"]), row["joint"]), _Joint()
-            )
-            joint.shown[row["shown"]] += 1
-            for name, running in joint.measured.items():
-                if row[name] is not None:
-                    running.add(row[name])
+            for actor in {"", actor_of(line["name"], row["subject"])}:
+                found.setdefault((actor, row["joint"]), _Joint()).add(row)
     # Joints stay in the order of the figure.
     ordered = sorted(found.items(), key=lambda item: item[0][0])
     return [{"actor": actor, "joint": name, **_columns(joint)} for (actor, name), joint in ordered]
