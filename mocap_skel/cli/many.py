@@ -69,8 +69,10 @@ def run(
             complain(error)
             broken = True
         finally:
-            # Whatever happened, the tables tell what is there.
-            rows = _write_tables(manifest, tables)
+            rows, trouble = _write_tables(manifest, tables)
+        if trouble is not None and not broken:
+            complain(trouble)
+            broken = True
     show.end()
     if as_json:
         for row in rows:
@@ -169,22 +171,29 @@ def _tables(folder: Path, manifest: Manifest, overwrite: bool) -> tuple[Path, Pa
     return tables
 
 
-def _write_tables(manifest: Manifest, tables: tuple[Path, Path]) -> list[dict[str, object]]:
-    """Write manifest.csv and summary.csv; the rows of the latter."""
+def _write_tables(
+    manifest: Manifest, tables: tuple[Path, Path]
+) -> tuple[list[dict[str, object]], MocapSkelError | None]:
+    """Write manifest.csv and summary.csv; the rows of the latter, or why they cannot be written."""
     from mocap_skel.export.files import write_all
     from mocap_skel.export.tables_csv import rows_csv
     from mocap_skel.pipeline.summary import clip_row, summary
 
     if not len(manifest):
-        return []
-    rows = summary(manifest.lines())
-    contents = {tables[0]: rows_csv([clip_row(line) for line in manifest.lines()])}
-    if rows:
-        contents[tables[1]] = rows_csv(rows)
-    # Names that are no text, in a file that is.
-    encoded = {path: text.encode("utf-8", "backslashreplace") for path, text in contents.items()}
-    write_all(encoded, overwrite=True)
-    return rows
+        return [], None
+    try:
+        rows = summary(manifest.lines())
+        contents = {tables[0]: rows_csv([clip_row(line) for line in manifest.lines()])}
+        if rows:
+            contents[tables[1]] = rows_csv(rows)
+        # Names that are no text, in a file that is.
+        encoded = {
+            path: text.encode("utf-8", "backslashreplace") for path, text in contents.items()
+        }
+        write_all(encoded, overwrite=True)
+    except MocapSkelError as error:
+        return [], error
+    return rows, None
 
 
 def _print_summary(rows: Sequence[dict[str, object]], folder: Path) -> None:

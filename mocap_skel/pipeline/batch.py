@@ -350,7 +350,7 @@ def options_of(job: Job) -> dict[str, Any]:
     told: dict[str, Any] = {"version": __version__}
     if job.association is not None:
         told["assoc"] = Path(job.association.path).name
-        told["assoc_sha256"] = _hash(job.association)
+        told["assoc_sha256"] = _hash(replace(job.association, path=""))
     if job.figure is not None:
         told["skeleton"] = job.figure.name
         told["skeleton_sha256"] = _hash(job.figure)

@@ -19,6 +19,8 @@ from mocap_skel.version import __version__
 
 # Seconds to wait for a scheduler. Picked by eye.
 _PATIENCE = 10.0
+# How an address of a scheduler in another process begins.
+_SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 # Tasks that wait at the workers for each that is under way, so that none is idle while an answer travels.
 _AHEAD = 2
 
@@ -34,8 +36,11 @@ class Dask:
         """Name the scheduler: tcp://HOST:PORT. `jobs` is the largest number of clips under way, None = no limit.
 
         Raises:
+            CallError: it is no address.
             MissingExtraError: dask.distributed is not installed.
         """
+        if scheduler.partition("://")[0] not in _SCHEMES:
+            raise CallError(f"{scheduler}: no address of a scheduler", "give tcp://HOST:PORT")
         self._scheduler, self._jobs = scheduler, jobs
         self._dask = extra("distributed", "cluster")
         self._client: Any = None
@@ -66,7 +71,7 @@ class Dask:
         waiting = iter(tasks)
         here = os.getcwd()
         under_way: dict[Any, Task] = {}
-        ended = self._dask.as_completed()
+        ended = self._dask.as_completed(loop=self._client.loop)
         while True:
             while len(under_way) < self._room() and (task := next(waiting, None)) is not None:
                 future = self._client.submit(remote, task, here, __version__, pure=False)

@@ -6,6 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -70,6 +71,11 @@ class Manifest:
         return self
 
     def __exit__(self, *_: object) -> None:
+        if not self._last:
+            # Nothing has come of the call.
+            with suppress(OSError):
+                self.path.unlink()
+                self.folder.rmdir()
         os.close(self._file)
 
     def __len__(self) -> int:
