@@ -8,7 +8,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,8 +59,9 @@ def run(
         batch = Batch(places, job, rules, manifest, lambda error: bug(error, debug))
         broken = False
         try:
-            with show.progress():
-                for event in batch.run(engine):
+            # Its children end with it, whatever happens here.
+            with show.progress(), closing(batch.run(engine)) as events:
+                for event in events:
                     show.event(event)
         except MocapSkelError as error:
             if not show.written:
@@ -82,7 +83,7 @@ def run(
     fates, left = show.fates, len(places) - show.fates.total()
     if not quiet:
         click.echo(f"mocap-skel: {_in_words(fates, left, time.monotonic() - since)}", err=True)
-    if not fates[Fate.FAILED] and not broken:
+    if not show.trouble and not broken:
         return 0
     if show.written or fates[Fate.KEPT] or fates[Fate.SKIPPED]:
         return FAILED
@@ -95,12 +96,13 @@ class _Shown:
     Attributes:
         fates: how many clips had each.
         written: whether any clip has results of this call.
+        trouble: whether anything failed, of the clips that are kept, too.
         only_wrong_calls: whether all that failed failed because of the call itself.
     """
 
     def __init__(self, clips: int, quiet: bool, as_json: bool, debug: bool) -> None:
         self.fates: Counter[Fate] = Counter()
-        self.written = False
+        self.written = self.trouble = False
         self.only_wrong_calls = True
         self._clips, self._quiet, self._json, self._debug = clips, quiet, as_json, debug
         self._there = 0
@@ -130,6 +132,7 @@ class _Shown:
         failures = [
             e if isinstance(e, MocapSkelError) else bug(e, self._debug) for e in event.failures
         ]
+        self.trouble |= bool(failures)
         self.only_wrong_calls &= all(isinstance(error, CallError) for error in failures)
         if self._bar is not None:
             self._bar.clear()
@@ -213,4 +216,5 @@ def _in_words(fates: Counter[Fate], left: int, seconds: float) -> str:
     said += [f"{left} not begun"] if left else []
     done = fates[Fate.FITTED] + fates[Fate.FAILED]
     clips = counted(fates.total() + left, "clip")
-    return f"{clips}: {', '.join(said) or 'nothing to do'}; {seconds:.1f} s, {done / seconds:.1f} clips a second"
+    rate = f", {done / seconds:.1f} clips a second" if done else ""
+    return f"{clips}: {', '.join(said) or 'nothing to do'}; {seconds:.1f} s{rate}"

@@ -2,42 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from fnmatch import fnmatchcase
-from hashlib import sha256
 from pathlib import Path
-from shutil import rmtree
 from typing import Any
 
-from mocap_skel.errors import ExistsError, MocapSkelError, OutputError, ours
+from mocap_skel.errors import ExistsError, MocapSkelError, OutputError
 from mocap_skel.export.files import check_free, identity, staging
 from mocap_skel.labels.association import Association
-from mocap_skel.pipeline.clip_files import put, target_of
+from mocap_skel.pipeline.clip_files import check_not_taken, target_of
 from mocap_skel.pipeline.engine import Answer, Engine, Outcome, Task, digest_of
 from mocap_skel.pipeline.inputs import Place
-from mocap_skel.pipeline.isolation import interrupts_held
 from mocap_skel.pipeline.job import Job
-from mocap_skel.pipeline.manifest import BROKEN, DONE, FAILED, PARTLY, Finished, Manifest
-from mocap_skel.version import __version__
-
-_STAGE = ".batch-"
-_MOVING = "moving.json"
-# Fields of a job that do not change what is in the result files.
-_NO_OPTIONS = {
-    "association",
-    "figure",
-    "calibration",
-    "formats",
-    "folder",
-    "overwrite",
-    "inputs",
-    "command",
-}
+from mocap_skel.pipeline.manifest import DONE, FAILED, PARTLY, Finished, Manifest
+from mocap_skel.pipeline.placing import STAGE, clean_up, put_with_line, sizes
+from mocap_skel.pipeline.told_options import fit_options, has_all, options_of
 
 
 class Fate(Enum):
@@ -106,7 +89,7 @@ class Batch:
     _options: dict[int, dict[str, Any]] = field(default_factory=dict)
     _inputs: frozenset[tuple[int, int]] = frozenset()
 
-    def run(self, engine: Engine) -> Iterator[Event]:
+    def run(self, engine: Engine) -> Generator[Event, None, None]:
         """Fit what is not finished; each clip is one event, in the order in which they end.
 
         Raises:
@@ -115,7 +98,7 @@ class Batch:
         assert self.job.folder is not None
         clean_up(self.manifest)
         self._inputs = frozenset(found for path in self.job.inputs if (found := identity(path)))
-        with staging(self.job.folder, _STAGE) as stage, engine:
+        with staging(self.job.folder, STAGE) as stage, engine:
             for outcome in engine.run(self._tasks(stage)):
                 yield from self._set_aside()
                 event = self._take(outcome, stage)
@@ -140,10 +123,17 @@ class Batch:
                     return
                 continue
             if kept is not None:
-                self._aside.append(Event(place, kept))
+                self._aside.append(Event(place, kept, self._failed_before(place, kept)))
                 continue
             self._clip[place.path] = place
             yield Task(place.path, job, stage, hashed=True)
+
+    def _failed_before(self, place: Place, fate: Fate) -> tuple[Exception, ...]:
+        """What of a clip failed in an earlier call, and would fail again."""
+        known = self.manifest.finished(place.name)
+        if fate is not Fate.KEPT or known is None or known.reason is None:
+            return ()
+        return (MocapSkelError(f"{place.path}: {known.reason}"),)
 
     def _job_of(self, place: Place) -> Job:
         """The job of one clip: its own folder, its own association, no list of all other inputs."""
@@ -231,19 +221,17 @@ class Batch:
         }  # fmt: skip
         if isinstance(result, Answer):
             failed: tuple[Exception, ...] = result.failed
-            status = PARTLY if failed else DONE
-            line |= {
-                "status": status, "reason": self._reason(failed), "notes": list(result.notes),
-                "sha256": result.digest, "joints": list(result.joints),
-                "files": {self._below(target): part.stat().st_size for target, part in result.parts.items()},
-            }  # fmt: skip
-            self._add_formats(line)
             try:
+                line |= {
+                    "status": PARTLY if failed else DONE, "reason": self._reason(failed),
+                    "notes": list(result.notes), "sha256": result.digest, "joints": list(result.joints),
+                    "files": sizes(result.parts, self.manifest.folder),
+                }  # fmt: skip
+                self._add_formats(line)
                 self._put(task, result, line, stage)
             except MocapSkelError as error:
                 result = error
             else:
-                self._written |= set(result.parts)
                 return Event(place, Fate.FAILED if failed else Fate.FITTED, failed, line)
         if isinstance(result, ExistsError) and self.rules.skip_existing:
             return Event(place, Fate.SKIPPED)
@@ -259,7 +247,7 @@ class Batch:
         known = self.manifest.finished(line["name"])
         if known is None or known.sha256 != line["sha256"] or not self._whole(known):
             return
-        if _fit_options(known.options) == _fit_options(line["options"]):
+        if fit_options(known.options) == fit_options(line["options"]):
             formats = {**known.options["formats"], **line["options"]["formats"]}
             line |= {
                 "options": {**line["options"], "formats": formats},
@@ -267,38 +255,13 @@ class Batch:
             }
 
     def _put(self, task: Task, answer: Answer, line: dict[str, Any], stage: Path) -> None:
-        """Put the results into their places and tell the manifest, without an interrupt in between."""
-        for part in answer.parts.values():
-            if not part.exists():
-                raise OutputError(
-                    f"{task.path}: its results are not where they were left: {part}",
-                    "the workers and this machine have to share the folder of the results",
-                )
+        """Put the results into their places, and tell the manifest."""
         for target in answer.parts:
+            check_not_taken(task.path, target, self._written)
             if identity(target) in self._inputs:
                 raise OutputError(f"{target}: is an input of this call", "use another -o")
-        moving = stage / _MOVING
-        entry = {
-            "line": line,
-            "new": [name for name in line["files"] if not os.path.lexists(self.manifest.folder / name)],
-            "parts": {self._below(target): str(part.relative_to(stage)) for target, part in answer.parts.items()},
-        }  # fmt: skip
-        with interrupts_held(), ours(stage, OutputError):
-            moving.write_text(json.dumps(entry), encoding="utf-8")
-            put(task.path, task.job, answer.parts, self._written)
-            try:
-                self.manifest.append(line)
-            except OutputError:
-                for name in entry["new"]:
-                    (self.manifest.folder / name).unlink(missing_ok=True)
-                raise
-            moving.unlink()
-        first = next(iter(answer.parts.values()), None)
-        if first is not None:
-            rmtree(first.parent, ignore_errors=True)
-
-    def _below(self, target: Path) -> str:
-        return target.relative_to(self.manifest.folder).as_posix()
+        put_with_line(self.manifest, stage, answer.parts, line, task.job.overwrite)
+        self._written |= set(answer.parts)
 
     def _reason(self, failed: Sequence[Exception]) -> str | None:
         known = [
@@ -308,91 +271,6 @@ class Batch:
             f"{error.message} ({error.hint})" if error.hint else error.message for error in known
         ]
         return "; ".join(said) or None
-
-
-def clean_up(manifest: Manifest) -> None:
-    """Take away what a batch left that was killed: what waited, and files that were put while no line told of them.
-
-    Raises:
-        OutputError: the manifest cannot be written.
-    """
-    for stage in sorted(manifest.folder.glob(f"{_STAGE}*")):
-        try:
-            entry = json.loads((stage / _MOVING).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            entry = None
-        if entry is not None:
-            line = entry["line"]
-            known = manifest.finished(line["name"])
-            told = known is not None and (known.sha256, known.options, known.files) == (
-                line["sha256"], line["options"], line["files"],
-            )  # fmt: skip
-            if not told:
-                moved = [
-                    name for name, part in entry["parts"].items() if not (stage / part).exists()
-                ]
-                for name in moved:
-                    if name in entry["new"]:
-                        (manifest.folder / name).unlink(missing_ok=True)
-                if moved:
-                    reason = "the program was ended while it put the results into their places"
-                    manifest.append(
-                        {**line, "status": BROKEN, "reason": reason, "files": {}, "joints": []}
-                    )
-        rmtree(stage, ignore_errors=True)
-
-
-def options_of(job: Job) -> dict[str, Any]:
-    """All that decides what is in the results of a clip: the version and the options that are no defaults.
-
-    Files of the call are named, with a hash of what they say.
-    """
-    told: dict[str, Any] = {"version": __version__}
-    if job.association is not None:
-        told["assoc"] = Path(job.association.path).name
-        told["assoc_sha256"] = _hash(replace(job.association, path=""))
-    if job.figure is not None:
-        told["skeleton"] = job.figure.name
-        told["skeleton_sha256"] = _hash(job.figure)
-    if job.calibration is not None:
-        told["calibration_sha256"] = sha256(_calibration_text(job)).hexdigest()
-    for one in fields(job):
-        value = getattr(job, one.name)
-        if one.name not in _NO_OPTIONS and value != one.default:
-            told[one.name] = value
-    told["formats"] = {
-        chosen.format.name: {
-            key: value for key, value in asdict(chosen.options).items()
-            if value != getattr(type(chosen.options)(), key)
-        }
-        for chosen in job.formats
-    }  # fmt: skip
-    # As it is read from the manifest: lists, no tuples.
-    plain: dict[str, Any] = json.loads(json.dumps(told, default=str))
-    return plain
-
-
-def has_all(known: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:
-    """Whether results with the known options are all that is wanted: the same fit, and at least the formats."""
-    formats = known["formats"]
-    return _fit_options(known) == _fit_options(wanted) and all(
-        formats.get(name) == told for name, told in wanted["formats"].items()
-    )
-
-
-def _fit_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if name != "formats"}
-
-
-def _calibration_text(job: Job) -> bytes:
-    from mocap_skel.export.calibration_json import calibration_json
-
-    assert job.calibration is not None
-    return calibration_json(job.calibration, ()).encode()
-
-
-def _hash(thing: object) -> str:
-    return sha256(repr(thing).encode()).hexdigest()[:16]
 
 
 def results_of(manifest: Manifest) -> set[Path]:

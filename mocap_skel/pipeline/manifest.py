@@ -28,12 +28,14 @@ class Finished:
         status: `DONE` or `PARTLY`.
         sha256: of the clip's file.
         options: with which it was fitted.
+        reason: why a part of it failed, None where none did.
         files: result file, from the manifest's folder on → bytes.
     """
 
     status: str
     sha256: str
     options: Mapping[str, Any]
+    reason: str | None
     files: Mapping[str, int]
 
 
@@ -151,7 +153,9 @@ class Manifest:
     def _note(self, line: Mapping[str, Any], offset: int) -> None:
         name, status = line["name"], line["status"]
         if status in WITH_RESULTS:
-            self._finished[name] = Finished(status, line["sha256"], line["options"], line["files"])
+            self._finished[name] = Finished(
+                status, line["sha256"], line["options"], line["reason"], line["files"]
+            )
             self._done[name] = offset
         elif status == BROKEN:
             self._finished.pop(name, None)

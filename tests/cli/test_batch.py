@@ -190,6 +190,19 @@ class TestResults:
             "b.skeleton.csv",
         }
 
+    def test_a_part_that_failed_is_told_again(self, tmp_path):
+        text = (ROOT / "association_files" / "cmu.txt").read_text()
+        for label in ("LFWT", "RFWT"):
+            text = text.replace(f"{label}  {label}", f"Anna:{label}  {label}")
+        (tmp_path / "half.txt").write_text(text)
+        for kept in (False, True):
+            done = batch(DANCERS, "-a", "half.txt", cwd=tmp_path)
+            assert (done.returncode, "1 kept" in done.stderr) == (1, kept)
+            assert "Ben: " in done.stderr and "Hips needs three markers" in done.stderr
+        (line,) = lines(tmp_path / "out")
+        assert (line["status"], len(line["files"])) == ("partly", 2)
+        assert line["reason"].startswith("Ben: ")
+
     def test_results_are_no_inputs(self, folder):
         again = call("batch", ".", "-a", "cmu", "-o", ".", "-f", "c3d", cwd=folder)
         assert (again.returncode, "2 clips: 2 fitted" in again.stderr) == (0, True)
