@@ -60,6 +60,10 @@ class OutputError(CallError):
     """A result file that exists already or cannot be written."""
 
 
+class ExistsError(OutputError):
+    """A result file that exists already, and that the call does not allow to replace."""
+
+
 class MissingExtraError(CallError):
     """A library of an optional extra that is not installed."""
 

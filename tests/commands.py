@@ -13,6 +13,7 @@ from mocap_skel.cli import main
 ROM = SAMPLES / "range_of_motion.c3d"
 STILL = SAMPLES / "nearly_still.c3d"
 PARTS = {
+    "distributed": ("distributed",),
     "scipy": ("scipy", "scipy.optimize"),
     "matplotlib": ("matplotlib", "matplotlib.figure", "matplotlib.colors"),
 }

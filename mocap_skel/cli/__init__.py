@@ -6,9 +6,13 @@ Here belongs parsing, calling and printing, nothing that computes. It may import
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
 import traceback
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 
 import click
@@ -19,6 +23,7 @@ from mocap_skel.version import __version__
 # Command → the line that `mocap-skel --help` shows for it, so that help loads no command.
 COMMANDS = {
     "fit": "Fit a skeleton to clips: joint centres, moving skeleton, evidence.",
+    "batch": "Fit many clips at the same time, each once, with a manifest of what became of them.",
     "calibrate": "Add up what several clips of one actor show of the joints.",
     "draw": "Draw a fitted clip: the skeleton in a frame, joints and bones against time.",
     "cycles": "Gait cycles: joint angles from foot strike to foot strike, mean and deviation.",
@@ -32,6 +37,7 @@ COMMANDS = {
 NOTHING_FITTED = 3
 USAGE = 2
 INTERRUPTED = 130
+TERMINATED = 143
 FAILED = 1
 
 
@@ -78,14 +84,16 @@ def main(arguments: list[str] | None = None) -> None:
         # What a library warns of is no message for a user, who gets ours.
         warnings.showwarning = _unseen
     try:
-        code = group.main(arguments, "mocap-skel", standalone_mode=False)
+        with _terminable():
+            code = group.main(arguments, "mocap-skel", standalone_mode=False)
         sys.stdout.flush()
     except click.ClickException as error:
         error.show()
         code = error.exit_code
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("mocap-skel: interrupted", err=True)
-        code = INTERRUPTED
+    except (click.Abort, KeyboardInterrupt) as error:
+        terminated = _Terminated in (type(error), type(error.__cause__))
+        click.echo(f"mocap-skel: {'terminated' if terminated else 'interrupted'}", err=True)
+        code = TERMINATED if terminated else INTERRUPTED
     except MocapSkelError as error:
         complain(error)
         code = USAGE if isinstance(error, CallError) else NOTHING_FITTED
@@ -102,6 +110,27 @@ def main(arguments: list[str] | None = None) -> None:
         complain(bug(error, debug))
         code = FAILED
     sys.exit(code if isinstance(code, int) else 0)
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM, which ends a call as Ctrl-C does: children end, and nothing is left half done."""
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Let SIGTERM raise `_Terminated`."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def terminate(*_: object) -> None:
+        raise _Terminated
+
+    before = signal.signal(signal.SIGTERM, terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _unseen(*_: object, **__: object) -> None:

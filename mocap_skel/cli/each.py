@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 import sys
 from collections.abc import Iterable
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +16,9 @@ from mocap_skel.text import stem
 
 if TYPE_CHECKING:
     from mocap_skel.pipeline.clip_files import Done
+    from mocap_skel.pipeline.engine import Outcome
     from mocap_skel.pipeline.job import Job
+    from mocap_skel.pipeline.telling import Manner
 
 
 def run(
@@ -36,45 +36,117 @@ def run(
     Returns:
         The exit code. Without `job.folder` the one clip's result goes to standard output.
     """
-    from mocap_skel.pipeline.clip_files import Isolated, process
-
+    manner: Manner = "json" if as_json else "wide" if wide else "tables"
     debug = bool(click.get_current_context().find_root().obj)
-    failures: list[MocapSkelError] = []
-    written: set[Path] = set()
+    calls = _Calls(manner, quiet, debug)
     # One clip may as well fail on its own.
-    with Isolated(clips, job) if len(clips) > 1 else nullcontext() as isolated:
-        for clip in _progress(clips):
-            try:
-                done = isolated.process(clip, written) if isolated else process(clip, job, written)
-            except MocapSkelError as error:
-                failures.append(error)
-                complain(error)
-                continue
-            except Exception as error:  # one clip's trouble must not take the others with it
-                failures.append(bug(error, debug))
-                complain(failures[-1])
-                continue
-            failures += done.failed
-            for failure in done.failed:
-                complain(failure)
-            if not quiet:
-                for note in done.notes:
-                    click.echo(f"mocap-skel: {clip}: {note}", err=True)
-            if job.folder is None:
-                _send(clip, done)
-                return FAILED if failures else 0
-            written |= set(done.files)
-            if as_json:
-                _print_json(clip, done)
-            else:
-                _print_tables(clip, done, wide)
-    if not failures:
-        return 0
-    if written:
-        if len(clips) > 1:
-            click.echo(f"mocap-skel: {len(failures)} of {len(clips)} clips failed", err=True)
-        return FAILED
-    return USAGE if all(isinstance(e, CallError) for e in failures) else NOTHING_FITTED
+    if len(clips) == 1:
+        return _one(clips[0], job, calls)
+    return _several(clips, job, calls)
+
+
+class _Calls:
+    """What is printed of the clips of a call, and what failed.
+
+    Attributes:
+        failures: all there were.
+        manner: what is printed of a clip.
+    """
+
+    def __init__(self, manner: Manner, quiet: bool, debug: bool) -> None:
+        self.failures: list[MocapSkelError] = []
+        self.manner = manner
+        self._quiet, self._debug = quiet, debug
+
+    def failed(self, clip: Path, error: Exception) -> None:
+        """A clip without a result."""
+        self._complain(clip, error)
+
+    def wrote(
+        self,
+        clip: Path,
+        failed: Iterable[MocapSkelError],
+        notes: Iterable[str],
+        said: Iterable[str],
+    ) -> None:
+        """A clip with results, though parts of it may have failed."""
+        for text in said:
+            say(text)
+        for error in failed:
+            self._complain(clip, error)
+        for note in [] if self._quiet else notes:
+            click.echo(f"mocap-skel: {clip}: {note}", err=True)
+            if self.manner == "json":
+                from mocap_skel.pipeline.telling import note_row
+
+                say(note_row(clip, note))
+
+    def code(self, written: bool, clips: int) -> int:
+        """The exit code."""
+        if not self.failures:
+            return 0
+        if written:
+            if clips > 1:
+                said = f"mocap-skel: {len(self.failures)} of {clips} clips failed"
+                click.echo(said, err=True)
+            return FAILED
+        wrong = all(isinstance(error, CallError) for error in self.failures)
+        return USAGE if wrong else NOTHING_FITTED
+
+    def _complain(self, clip: Path, error: Exception) -> None:
+        known = error if isinstance(error, MocapSkelError) else bug(error, self._debug)
+        self.failures.append(known)
+        complain(known)
+        if self.manner == "json":
+            from mocap_skel.pipeline.telling import failure_row
+
+            say(failure_row(clip, known))
+
+
+def _one(clip: Path, job: Job, calls: _Calls) -> int:
+    from mocap_skel.pipeline.clip_files import process
+    from mocap_skel.pipeline.telling import told
+
+    try:
+        done = process(clip, job)
+    except Exception as error:
+        calls.failed(clip, error)
+        return calls.code(written=False, clips=1)
+    to_stdout = job.folder is None
+    calls.wrote(clip, done.failed, done.notes, () if to_stdout else told(clip, done, calls.manner))
+    if to_stdout:
+        _send(clip, done)
+    return calls.code(written=True, clips=1)
+
+
+def _several(clips: tuple[Path, ...], job: Job, calls: _Calls) -> int:
+    from mocap_skel.export.files import staging
+    from mocap_skel.pipeline.engine import Local, Task
+
+    assert job.folder is not None
+    written: set[Path] = set()
+    with staging(job.folder) as stage, Local() as engine:
+        tasks = (Task(clip, job, stage, calls.manner) for clip in clips)
+        for outcome in _progress(engine.run(tasks), len(clips)):
+            _take(outcome, calls, written)
+    return calls.code(bool(written), len(clips))
+
+
+def _take(outcome: Outcome, calls: _Calls, written: set[Path]) -> None:
+    """Put a clip's results into their places, and say so."""
+    from mocap_skel.pipeline.clip_files import put
+
+    clip, answer = outcome.task.path, outcome.result
+    if isinstance(answer, Exception):
+        calls.failed(clip, answer)
+        return
+    try:
+        put(clip, outcome.task.job, answer.parts, written)
+    except MocapSkelError as error:
+        calls.failed(clip, error)
+        return
+    written |= set(answer.parts)
+    calls.wrote(clip, answer.failed, answer.notes, answer.said)
 
 
 def check_names(clips: tuple[Path, ...]) -> None:
@@ -116,12 +188,12 @@ def folder_of(output: str, suffixes: Iterable[str]) -> Path | None:
     return folder
 
 
-def _progress(clips: tuple[Path, ...]) -> Iterable[Path]:
-    if len(clips) < 2 or not sys.stderr.isatty():
-        return clips
+def _progress(outcomes: Iterable[Outcome], count: int) -> Iterable[Outcome]:
+    if not sys.stderr.isatty():
+        return outcomes
     from tqdm import tqdm
 
-    return tqdm(clips, unit="clip", file=sys.stderr)
+    return tqdm(outcomes, total=count, unit="clip", file=sys.stderr)
 
 
 def _send(path: Path, done: Done) -> None:
@@ -132,39 +204,3 @@ def _send(path: Path, done: Done) -> None:
     if isinstance(content, bytes) and sys.stdout.isatty():
         raise CallError(f"{path}: this format is not for a terminal", "redirect it: -o - > file")
     say(content, nl=False)
-
-
-def _print_json(path: Path, done: Done) -> None:
-    from mocap_skel.gait.events import event_row
-    from mocap_skel.results.rig_rows import RIG_TABLE, rig_rows
-    from mocap_skel.results.tables import JOINT_TABLE, joint_rows
-
-    for fit in done.fits:
-        for row in joint_rows(fit):
-            line = {"clip": str(path), "subject": fit.subject, "table": JOINT_TABLE, **row}
-            say(json.dumps(line, allow_nan=False))
-    for subject, events in done.events.items():
-        for event in events:
-            line = {"clip": str(path), "table": "events", **event_row(event), "subject": subject}
-            say(json.dumps(line, allow_nan=False))
-    for figure in done.figures:
-        about = {"table": RIG_TABLE, "formats": figure.formats}
-        for row in rig_rows(figure.quality):
-            line = {"clip": str(path), "subject": figure.subject, **about, **row}
-            say(json.dumps(line, allow_nan=False))
-
-
-def _print_tables(path: Path, done: Done, wide: bool) -> None:
-    from mocap_skel.report.rig_table import rig_table
-    from mocap_skel.report.terminal import joint_table, sentence
-    from mocap_skel.results.tables import joint_rows
-    from mocap_skel.results.verdict import verdict
-
-    for fit in done.fits:
-        say(joint_table(fit, str(path), wide=wide))
-        for words in verdict(fit, joint_rows(fit)):
-            say(sentence(words))
-        for figure in done.figures:
-            if figure.subject == fit.subject:
-                say(rig_table(figure.quality, figure.formats, wide=wide))
-    say(f"wrote {', '.join(str(file) for file in done.files)}")

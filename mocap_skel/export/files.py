@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from tempfile import NamedTemporaryFile
+from shutil import rmtree
+from tempfile import NamedTemporaryFile, mkdtemp
 
-from mocap_skel.errors import OutputError, ours
+from mocap_skel.errors import ExistsError, OutputError, ours
 
 
 def safe_name(name: str) -> str:
@@ -33,19 +34,19 @@ def check_free(paths: Iterable[Path], overwrite: bool, inputs: Iterable[Path] = 
     Raises:
         OutputError: a file is there already or is an input, a folder has its name, or it cannot be looked at.
     """
-    own = {found for path in inputs if (found := _identity(path))}
+    own = {found for path in inputs if (found := identity(path))}
     for path in paths:
         with ours(path, OutputError):
             if path.is_dir():
                 raise OutputError("is a folder")
-            if own and _identity(path) in own:
+            if own and identity(path) in own:
                 raise OutputError("is an input of this call", "use another -o")
             if os.path.lexists(path) and not overwrite:
-                raise OutputError("exists already", "use --overwrite or another -o")
+                raise ExistsError("exists already", "use --overwrite or another -o")
 
 
-def _identity(path: Path) -> tuple[int, int] | None:
-    """What all names of a file have in common; None where there is none to look at."""
+def identity(path: Path) -> tuple[int, int] | None:
+    """What all names of a file have in common: device and number. None where there is none to look at."""
     try:
         found = path.stat()
     except OSError:
@@ -79,10 +80,9 @@ def write_all(
         OutputError: one exists already, is an input, or cannot be written; then none is there that was not
             before.
     """
+    inputs = tuple(inputs)
     check_free(contents, overwrite, inputs)
-    new = [path for path in contents if not os.path.lexists(path)]
-    done = False
-    ready: list[tuple[Path, Path]] = []
+    parts: dict[Path, Path] = {}
     try:
         for path, content in contents.items():
             with ours(path, OutputError):
@@ -90,20 +90,91 @@ def write_all(
                 with NamedTemporaryFile(
                     dir=path.parent, prefix=f".{path.name}.", suffix=".part", delete=False
                 ) as file:
-                    ready.append((Path(file.name), path))
-                    file.write(content if isinstance(content, bytes) else content.encode())
-        for temporary, path in ready:
-            with ours(path, OutputError):
+                    parts[path] = Path(file.name)
+                    file.write(_bytes(content))
                 # A temporary file is private; a result file gets what the user's umask allows.
-                temporary.chmod(0o666 & ~_umask())
-                temporary.replace(path)
+                parts[path].chmod(0o666 & ~_umask())
+        put_all(parts, overwrite, inputs)
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
+
+
+def stage_all(contents: Mapping[Path, str | bytes], folder: Path) -> dict[Path, Path]:
+    """Write files that belong together into a folder of the same disk, where they wait for `put_all`.
+
+    Args:
+        contents: file → what is in it, texts in UTF-8.
+        folder: made by `staging`; the files get a folder of their own in it.
+
+    Returns:
+        File → where its content waits.
+
+    Raises:
+        OutputError: one cannot be written.
+    """
+    parts: dict[Path, Path] = {}
+    with ours(None, OutputError):
+        own = Path(mkdtemp(dir=folder))
+    for number, (path, content) in enumerate(contents.items()):
+        parts[path] = own / str(number)
+        with ours(path, OutputError):
+            parts[path].write_bytes(_bytes(content))
+    return parts
+
+
+def put_all(parts: Mapping[Path, Path], overwrite: bool, inputs: Iterable[Path] = ()) -> None:
+    """Put files that were written elsewhere on the same disk into their places, all or none.
+
+    Args:
+        parts: file → where its content waits.
+        overwrite: whether existing files may be replaced.
+        inputs: the files that the call reads, which never are.
+
+    Raises:
+        OutputError: one exists already, is an input, or cannot be written; then none is there that was not
+            before.
+    """
+    check_free(parts, overwrite, inputs)
+    put: list[Path] = []
+    done = False
+    try:
+        for path, part in parts.items():
+            with ours(path, OutputError):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                new = not os.path.lexists(path)
+                part.replace(path)
+                put += [path] if new else []
         done = True
     finally:
-        for temporary, _ in ready:
-            temporary.unlink(missing_ok=True)
-        for path in [] if done else new:
+        for path in [] if done else put:
             with suppress(OSError):
                 path.unlink()
+
+
+@contextmanager
+def staging(folder: Path, prefix: str = ".mocap-skel-") -> Iterator[Path]:
+    """A new folder in another, for `stage_all`; it goes away at the end, and the other one too if it was made for it.
+
+    Raises:
+        OutputError: it cannot be made, or nothing can be written there.
+    """
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    check_folder(folder)
+    with ours(folder, OutputError):
+        stage = Path(mkdtemp(dir=folder, prefix=prefix))
+    try:
+        yield stage
+    finally:
+        rmtree(stage, ignore_errors=True)
+        for place in made:
+            # What holds results stays.
+            with suppress(OSError):
+                place.rmdir()
+
+
+def _bytes(content: str | bytes) -> bytes:
+    return content if isinstance(content, bytes) else content.encode()
 
 
 def _umask() -> int:

@@ -57,7 +57,7 @@ def write_fit(
     chosen = choose(formats, **told)
     path = Path(clip.name)
     source = Source(clip, path, static=static)
-    stem = stem_of(path, clip, fit)
+    stem = stem_of(path, clip, fit.subject)
     contents = {
         Path(folder) / f"{stem}{suffix}": content
         for one in chosen
@@ -67,7 +67,7 @@ def write_fit(
     return tuple(contents)
 
 
-def stem_of(path: Path, clip: Clip, fit: SkeletonFit) -> str:
-    """What a fit's files are called before the suffix: the clip, and the subject where it has several."""
-    several = len(clip.subject_names) > 1 and fit.subject
-    return f"{stem(path)}.{safe_name(fit.subject)}" if several else stem(path)
+def stem_of(path: Path, clip: Clip, subject: str) -> str:
+    """What a subject's files are called before the suffix: the clip, and the subject where it has several."""
+    several = len(clip.subject_names) > 1 and subject
+    return f"{stem(path)}.{safe_name(subject)}" if several else stem(path)

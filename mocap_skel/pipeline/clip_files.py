@@ -1,29 +1,26 @@
-"""From a clip's file to its result files: the whole way, for one clip or in a child for each of many."""
+"""From a clip's file to its result files: the whole way of one clip."""
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, ClipError, ExportError, MocapSkelError
 from mocap_skel.events import Event
-from mocap_skel.export.files import write_all
+from mocap_skel.export.files import check_free, put_all, write_all
 from mocap_skel.export.registry import Source
 from mocap_skel.export.result_files import stem_of
 from mocap_skel.gait.events import own_events
+from mocap_skel.labels.association import Assignment
 from mocap_skel.pipeline.job import Job, fit_file, named, static_fits, static_of
-from mocap_skel.pipeline.limits import limited, memory_for, size_of
+from mocap_skel.pipeline.limits import limited
 from mocap_skel.skeleton_fit import SkeletonFit
 
 if TYPE_CHECKING:
-    from mocap_skel.pipeline.isolation import Worker
     from mocap_skel.rig.quality import Quality
-
-# What one clip in a child may take; a long clip honestly needs more than a short one.
-SECONDS, SECONDS_PER_BYTE = 30.0, 2e-6
 
 
 @dataclass(frozen=True)
@@ -78,64 +75,21 @@ def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
     return _stored(path, job, done, taken)
 
 
-class Isolated:
-    """`process` for several clips, each read and fitted in a child that may die instead of us.
-
-    The child fits the next clip while this process writes and shows the last one.
-    """
-
-    def __init__(self, paths: Sequence[Path], job: Job) -> None:
-        # One clip needs none of it; `fit` starts sooner without.
-        from mocap_skel.pipeline.isolation import Worker
-
-        self._waiting = deque(paths)
-        self._job = job
-        self._worker: Worker = Worker()
-        self._next()
-
-    def __enter__(self) -> Isolated:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._worker.stop()
-
-    def process(self, path: Path, taken: Container[Path] = ()) -> Done:
-        """As `process`, for the clips in the order of `paths`.
-
-        Raises:
-            MocapSkelError: as there; or the child died, took too long, or too much memory.
-        """
-        from mocap_skel.pipeline.isolation import TaskError
-
-        try:
-            done = self._worker.result(SECONDS + SECONDS_PER_BYTE * size_of(path))
-        except TaskError as error:
-            raise ClipError(f"{path}: {error}") from error
-        finally:
-            self._next()
-        return _stored(path, self._job, done, taken)
-
-    def _next(self) -> None:
-        if self._waiting:
-            path = self._waiting.popleft()
-            self._worker.start(render, path, self._job, memory=memory_for(path))
-
-
 def render(path: Path, job: Job) -> Done:
     """All of `process` but writing. A format that cannot hold the clip does not keep the others from it.
 
     Raises:
+        OutputError: a result is there already and may not be replaced; this is seen before anything is fitted.
         MocapSkelError: the clip cannot be read or fitted, or none of the formats can hold it.
     """
-    folder = job.folder or Path()
-    found = fit_file(path, job)
+    found = fit_file(path, job, lambda clip, all_of_it: _check_targets(path, job, clip, all_of_it))
     statics = static_fits(job)
     notes = list(found.notes)
     files: dict[Path, str | bytes] = {}
     failed: list[MocapSkelError] = [*found.failed]
     figures: list[Figure] = []
     for assignment, fit in found.subjects:
-        stem = stem_of(path, found.clip, fit)
+        stem = stem_of(path, found.clip, fit.subject)
         decided = (*found.decided, *assignment.mismatches(found.association))
         static = static_of(statics, fit)
         if statics and static is None:
@@ -153,9 +107,7 @@ def render(path: Path, job: Job) -> Done:
             if quality is not None:
                 rigid.setdefault(quality, []).append(chosen.format.name)
             for suffix, content in rendered.files.items():
-                target = folder / f"{stem}{suffix}"
-                _check_free(path, target, files)
-                files[target] = content
+                files[target_of(job, stem, suffix)] = content
         figures += [Figure(fit.subject, tuple(names), quality) for quality, names in rigid.items()]
     fits = tuple(fit for _, fit in found.subjects)
     if failed and not files:
@@ -164,15 +116,62 @@ def render(path: Path, job: Job) -> Done:
     return Done(fits, files, tuple(dict.fromkeys(notes)), tuple(failed), tuple(figures), events)
 
 
+def target_of(job: Job, stem: str, suffix: str) -> Path:
+    """The result file of a clip or a subject with that stem."""
+    return (job.folder or Path()) / f"{stem}{suffix}"
+
+
+def _check_targets(path: Path, job: Job, clip: Clip, subjects: Sequence[Assignment]) -> None:
+    """Refuse results that cannot be written, before the work.
+
+    Raises:
+        OutputError: one is there already.
+        CallError: two subjects would write the same file.
+    """
+    suffixes = [suffix for chosen in job.formats for suffix in chosen.format.suffixes]
+    seen: set[Path] = set()
+    for subject in subjects:
+        stem = stem_of(path, clip, subject.subject)
+        targets = [target_of(job, stem, suffix) for suffix in suffixes]
+        for target in targets:
+            check_not_taken(path, target, seen)
+        seen |= set(targets)
+    if job.folder is not None:
+        check_free(seen, job.overwrite, job.inputs)
+
+
 def _stored(path: Path, job: Job, done: Done, taken: Container[Path]) -> Done:
     for target in done.files:
-        _check_free(path, target, taken)
+        check_not_taken(path, target, taken)
     if job.folder is not None:
         write_all(done.files, job.overwrite, job.inputs)
     return done
 
 
-def _check_free(path: Path, target: Path, taken: Container[Path]) -> None:
+def put(path: Path, job: Job, parts: Mapping[Path, Path], taken: Container[Path]) -> None:
+    """Put a clip's results, which wait on the same disk, into their places, all or none.
+
+    Args:
+        path: the clip.
+        job: what was done with it.
+        parts: file → where its content waits.
+        taken: files that are not to be written, though `job.overwrite` allows to replace others.
+
+    Raises:
+        OutputError: one is there already or cannot be written.
+        CallError: another clip of the call has written one.
+    """
+    for target in parts:
+        check_not_taken(path, target, taken)
+    put_all(parts, job.overwrite, job.inputs)
+
+
+def check_not_taken(path: Path, target: Path, taken: Container[Path]) -> None:
+    """Refuse a file that another clip or subject of the call has written.
+
+    Raises:
+        CallError: one has.
+    """
     if target in taken:
         raise CallError(
             f"{path}: {target} is the result of another clip or subject of this call",

@@ -7,8 +7,9 @@ import os
 import pickle
 import signal
 import sys
+import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -16,7 +17,7 @@ from typing import Any
 
 from mocap_skel.pipeline.limits import GIGABYTE, limit, restore, starved, too_much, used_memory
 
-__all__ = ["GIGABYTE", "TaskError", "Worker"]
+__all__ = ["GIGABYTE", "TaskError", "Worker", "first_ready", "interrupts_held", "most_overdue"]
 
 # A child that holds more between two tasks is replaced: what it keeps of one clip is room that the
 # next would lack, and its address space says no more how much that one uses.
@@ -37,6 +38,7 @@ class Worker:
         self._child: BaseProcess | None = None
         self._pipe: Connection | None = None
         self._fat = False
+        self._seconds = self._until = 0.0
 
     def __enter__(self) -> Worker:
         return self
@@ -44,13 +46,16 @@ class Worker:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    def start(self, function: Callable[..., Any], *arguments: Any, memory: int) -> None:
+    def start(
+        self, function: Callable[..., Any], *arguments: Any, memory: int, seconds: float
+    ) -> None:
         """Begin a task.
 
         Args:
             function: what a new process can import.
             arguments: what can be sent to it.
             memory: bytes that it may use.
+            seconds: that it may take.
         """
         if self._child is None or self._fat or not self._child.is_alive():
             self.stop()
@@ -59,21 +64,18 @@ class Worker:
         # A child that died in between is noticed when its result is asked for.
         with suppress(BrokenPipeError, ConnectionResetError):
             self._pipe.send((function, arguments, memory))
+        self._seconds, self._until = seconds, time.monotonic() + seconds
 
-    def result(self, seconds: float) -> Any:
-        """What the task returns; what it raises is raised here.
-
-        Args:
-            seconds: that it may take from now on.
+    def result(self) -> Any:
+        """What the task returns, as soon as it is there; what it raises is raised here.
 
         Raises:
             TaskError: it crashed, was killed, or took too long.
         """
         assert self._child is not None and self._pipe is not None
-        ready = wait([self._pipe, self._child.sentinel], seconds)
-        if not ready:
+        if not first_ready([self]):
             self.stop()
-            raise TaskError(f"took longer than {seconds:.0f} s")
+            raise TaskError(f"took longer than {self._seconds:.0f} s")
         try:
             worked, value, self._fat = self._pipe.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
@@ -101,18 +103,42 @@ class Worker:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
         self._child = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with _interrupts_held():
+        with interrupts_held():
             self._child.start()
         theirs.close()
 
 
+def first_ready(busy: Sequence[Worker]) -> list[Worker]:
+    """Wait for workers with a task under way, until one has come to its end or the time of one is over.
+
+    Args:
+        busy: the workers, one or more.
+
+    Returns:
+        Those whose task has come to its end; none where a time is over first.
+    """
+    until = min(worker._until for worker in busy)
+    # What a task says, and its process's end.
+    signs: dict[Any, Worker] = {}
+    for worker in busy:
+        if worker._pipe and worker._child:
+            signs |= {worker._pipe: worker, worker._child.sentinel: worker}
+    ready = wait(list(signs), max(0.0, until - time.monotonic()))
+    return list(dict.fromkeys(signs[sign] for sign in ready))
+
+
+def most_overdue(busy: Sequence[Worker]) -> Worker:
+    """The worker whose time is over first."""
+    return min(busy, key=lambda worker: worker._until)
+
+
 @contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Ctrl-C waits, here and in a process that starts meanwhile: it would die of it, and say so."""
+def interrupts_held() -> Iterator[None]:
+    """Ctrl-C and SIGTERM wait, here and in a process that starts meanwhile: it would die of it, and say so."""
     if sys.platform == "win32":
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:
         yield
     finally:
@@ -128,8 +154,11 @@ def _died(code: int | None) -> str:
 
 def _serve(pipe: Connection) -> None:
     """The child: tasks until the pipe closes."""
-    # Ctrl-C goes to the parent, which ends its child.
+    # Ctrl-C goes to the parent, which ends its child. SIGTERM was held while this process started.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    if sys.platform != "win32":
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
     # What a library in C prints before it dies is no message for a user.
     silence = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):

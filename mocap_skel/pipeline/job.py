@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -148,8 +148,15 @@ class Fitted:
     failed: tuple[FitError, ...]
 
 
-def fit_file(path: Path, job: Job) -> Fitted:
+def fit_file(
+    path: Path, job: Job, before: Callable[[Clip, Sequence[Assignment]], None] | None = None
+) -> Fitted:
     """Read a clip, guess what is not told, and fit its subjects.
+
+    Args:
+        path: the clip.
+        job: what to do with it.
+        before: is called when it is known who is in the clip, and before any of them is fitted.
 
     Raises:
         MocapSkelError: the clip cannot be read, or none of its subjects be fitted.
@@ -165,6 +172,8 @@ def fit_file(path: Path, job: Job) -> Fitted:
         for one in found.associations
     ]
     assigned = [associate(found.clip, part.known, part.subject) for part in jobs]
+    if before is not None:
+        before(found.clip, [one for part in assigned for one in part])
     clip = upright(found.clip, assigned[0], jobs[0].known.skeleton)
     notes = [*found.notes, *(note for note in clip.notes if note not in found.notes)]
     decided = tuple(notes)

@@ -91,6 +91,12 @@ def test_one_bad_clip_does_not_take_the_others_with_it(tmp_path):
     assert "bad.c3d: not a C3D file" in errors[0]
     assert "gone.c3d: No such file" in errors[1]
     assert "2 of 3 clips failed" in done.stderr
+    told = run("fit", bad, "gone.c3d", "--assoc", "cmu", "--json", cwd=tmp_path)
+    rows = [json.loads(line) for line in told.stdout.splitlines()]
+    assert [(row["clip"], row["table"]) for row in rows] == [
+        (str(bad), "failures"), ("gone.c3d", "failures")
+    ]  # fmt: skip
+    assert rows[1]["failure"] == "gone.c3d: No such file or directory"
 
 
 def test_nothing_fitted_is_3_and_leaves_nothing_behind(tmp_path):
@@ -218,7 +224,10 @@ def test_swapped_markers_are_not_called_shown(tmp_path):
     ):
         done = call("fit", ROM, "--assoc", "map.txt", "--json", *options, cwd=tmp_path)
         assert "RTHI and LTHI look exchanged" in done.stderr
-        rows = {row["joint"]: row for row in map(json.loads, done.stdout.splitlines())}
+        told = [json.loads(line) for line in done.stdout.splitlines()]
+        rows = {row["joint"]: row for row in told if "joint" in row}
+        notes = [row["note"] for row in told if row.get("table") == "notes"]
+        assert any("RTHI and LTHI look exchanged" in note for note in notes)
         for joint in ("LeftHip", "RightHip"):
             assert rows[joint]["shown"] == "weak"
             assert said.format(side=joint[0]) in rows[joint]["reason"]

@@ -272,7 +272,7 @@ def test_a_leg_alone_with_the_human_says_which_figure_fits(tmp_path):
     assert "the clip shows UpperRightLeg: try --skeleton right_leg" in refused.stderr
     done = run(*call, "--skeleton", "right_leg", cwd=tmp_path)
     rows = [json.loads(line) for line in done.stdout.splitlines()]
-    assert [(r["joint"], r["shown"]) for r in rows] == [
+    assert [(r["joint"], r["shown"]) for r in rows if "joint" in r] == [
         ("RightKnee", "yes"), ("RightAnkle", "yes"),
     ]  # fmt: skip
 

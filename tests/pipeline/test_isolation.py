@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import multiprocessing
 import os
+import pickle
 import shutil
 import signal
 import subprocess
@@ -17,10 +18,12 @@ import pytest
 from mutations import whole
 
 from mocap_skel.errors import ClipError
+from mocap_skel.export.files import staging
 from mocap_skel.export.registry import choose
 from mocap_skel.labels.association import read_association
-from mocap_skel.pipeline import clip_files
-from mocap_skel.pipeline.clip_files import Isolated, process
+from mocap_skel.pipeline import engine
+from mocap_skel.pipeline.clip_files import process, put
+from mocap_skel.pipeline.engine import Local, Task
 from mocap_skel.pipeline.isolation import GIGABYTE, TaskError, Worker
 from mocap_skel.pipeline.job import Job
 
@@ -43,8 +46,8 @@ ENOUGH = 120.0
 
 
 def ask(worker, function, *arguments, seconds=ENOUGH, memory=GIGABYTE):
-    worker.start(function, *arguments, memory=memory)
-    return worker.result(seconds)
+    worker.start(function, *arguments, memory=memory, seconds=seconds)
+    return worker.result()
 
 
 def fails(message):
@@ -142,36 +145,43 @@ def test_want_of_memory_has_many_names(worker, error, starved):
     assert ("needs more than 1 GB of memory" in str(raised.value)) == starved
 
 
-batch_render = clip_files.render
+sound_work = engine.work
 
 
-def brittle(path, job):
-    """`render`, but for clips whose name says what happens."""
-    if "crash" in path.name:
+def brittle(task):
+    """`work`, but for clips whose name says what happens."""
+    if "crash" in task.path.name:
         os.abort()
-    if "hang" in path.name:
+    if "hang" in task.path.name:
         time.sleep(3600)
-    return batch_render(path, job)
+    return sound_work(task)
 
 
+@pytest.mark.parametrize("jobs", [1, 2])
 def test_clips_that_kill_their_child_do_not_take_the_others(
-    tmp_path, monkeypatch, no_child_is_left
+    tmp_path, monkeypatch, no_child_is_left, jobs
 ):
-    monkeypatch.setattr(clip_files, "render", brittle)
+    monkeypatch.setattr(engine, "work", brittle)
     sound = whole("nearly_still").data
     paths = [tmp_path / f"{name}.c3d" for name in ("a", "crash", "b", "hang", "c", "none")]
     for path in paths[:-1]:
         path.write_bytes(sound)
     job = Job(read_association("cmu"), folder=tmp_path / "out")
-    found = {}
-    with Isolated(paths, job) as isolated:
+
+    def tasks(stage):
         for path in paths:
             # Only the one that hangs is short of time, however busy the machine is.
-            monkeypatch.setattr(clip_files, "SECONDS", 3.0 if path.stem == "hang" else ENOUGH)
-            try:
-                found[path.stem] = len(isolated.process(path).files)
-            except ClipError as error:
-                found[path.stem] = error.message
+            monkeypatch.setattr(engine, "SECONDS", 3.0 if path.stem == "hang" else ENOUGH)
+            yield Task(path, job, stage)
+
+    found = {}
+    with staging(tmp_path) as stage, Local(jobs) as local:
+        for outcome in local.run(tasks(stage)):
+            known = isinstance(outcome.result, ClipError)
+            found[outcome.task.path.stem] = (
+                outcome.result.message if known else len(outcome.result.parts)
+            )
+    assert jobs > 1 or list(found) == [path.stem for path in paths]
     assert found == {
         "a": 2,
         "crash": f"{paths[1]}: the process that read it was ended by SIGABRT",
@@ -190,13 +200,19 @@ def test_a_clip_in_a_child_gives_what_it_gives_by_itself(tmp_path):
         Job(read_association("cmu"), choose(["csv", "bvh"]), tmp_path / name)
         for name in ("in", "alone")
     )
-    with Isolated(paths, inside) as isolated:
-        for path in paths:
-            ours, theirs = isolated.process(path), process(path, alone)
+    with staging(tmp_path) as stage, Local() as local:
+        for path, outcome in zip(
+            paths, local.run(Task(path, inside, stage) for path in paths), strict=True
+        ):
+            ours, theirs = outcome.result, process(path, alone)
             assert ours.notes == theirs.notes
-            assert list(ours.files.values()) == list(theirs.files.values())
-            for one in ours.files:
+            # Rows and text come back, no fits.
+            assert len(pickle.dumps(ours)) < 10_000
+            put(path, inside, ours.parts, ())
+            assert [one.name for one in ours.parts] == [one.name for one in theirs.files]
+            for one in ours.parts:
                 assert one.read_text() == (tmp_path / "alone" / one.name).read_text()
+    assert not list(tmp_path.glob(".*"))
 
 
 def ended(group):
