@@ -53,7 +53,7 @@ def find_clips(
     Raises:
         CallError: a pattern or folder without a clip, a clip outside the root, or two that would write the same files.
 
-    >>> [place.name for place in find_clips(["sample_data/nearly*", "sample_data/gaps.c3d"])]
+    >>> [place.name for place in find_clips(["sample_data/nearly*.c3d", "sample_data/gaps.c3d"])]
     ['nearly_still', 'gaps']
     """
     named = [word for one in inputs for word in (lines if one == STANDARD_INPUT else [one])]

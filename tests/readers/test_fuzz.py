@@ -58,8 +58,10 @@ def test_no_damaged_file_gets_through(tmp_path, capsys):
             path = tmp_path / "damaged.c3d"
             path.write_bytes(damaged.data)
             try:
-                worker.start(fitted, path, ASSOCIATIONS[damaged.clip], memory=2 * GIGABYTE)
-                outcome, seconds, memory, told = worker.result(SECONDS)
+                worker.start(
+                    fitted, path, ASSOCIATIONS[damaged.clip], memory=2 * GIGABYTE, seconds=SECONDS
+                )
+                outcome, seconds, memory, told = worker.result()
             except TaskError as error:
                 bad.append(f"seed {seed} ({damaged.kind}): {error}")
                 continue
