@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,13 +10,11 @@ from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError
-from mocap_skel.figure.skeleton import STANDARD, shipped_skeletons
 from mocap_skel.labels.association import Assignment
-from mocap_skel.labels.guess.names import HIGH, LIKELY, guess_names
+from mocap_skel.labels.guess.columns import Columns, columns_by_names
 from mocap_skel.readers.units import metres_in
 
 Array = NDArray[np.float64]
-Columns = Mapping[str, Mapping[str, int]]
 
 # Metres of stature, from newborn to giant; where few distances tell of it they may be so many times as far off.
 SHORTEST, TALLEST = 0.4, 2.6
@@ -133,17 +131,7 @@ def sizes_by_names(clip: Clip, subject: str | None = None) -> Iterator[tuple[str
     Yields:
         Name and size of each; none of whom too few labels are known to be sure.
     """
-    human = shipped_skeletons()[STANDARD]
-    for whose in clip.subject_names:
-        own = [i for i, name in enumerate(clip.subjects) if name == whose]
-        if subject not in (None, whose):
-            continue
-        named = guess_names([clip.labels[i] for i in own], human.segment_of.items())
-        columns: dict[str, dict[str, int]] = {}
-        for i in own:
-            guess = named[clip.labels[i]]
-            if guess.confidence in (HIGH, LIKELY) and guess.segment:
-                columns.setdefault(guess.segment, {})[clip.labels[i]] = i
+    for whose, columns in columns_by_names(clip, subject):
         found = wrong_size(clip, columns) if len(_joined(columns)) >= _FEW else None
         if found is not None:
             yield whose, found

@@ -7,7 +7,7 @@ is neither stays as the file has it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from mocap_skel.clip import UPS, Clip, vertical
 from mocap_skel.figure.skeleton import STANDARD, Skeleton, shipped_skeletons
 from mocap_skel.labels.association import Assignment
-from mocap_skel.labels.guess.names import HIGH, LIKELY, guess_names
+from mocap_skel.labels.guess.columns import Columns, columns_by_names
 
 Array = NDArray[np.float64]
-Columns = Mapping[str, Mapping[str, int]]
 
 # Cosine of the angle to the vertical of a body that stands, from the feet to the top (37 degrees), and of its trunk and
 # its legs, which bow and sit.
@@ -88,22 +87,8 @@ def upright_by_names(clip: Clip, subject: str | None = None) -> Clip:
         clip: as it was read.
         subject: only this one is looked at.
     """
-    human = shipped_skeletons()[STANDARD]
-    return _turned(clip, _by_names(clip, subject, human), human)
-
-
-def _by_names(clip: Clip, subject: str | None, human: Skeleton) -> Iterator[Columns]:
-    for whose in clip.subject_names:
-        own = [i for i, name in enumerate(clip.subjects) if name == whose]
-        if subject not in (None, whose):
-            continue
-        named = guess_names([clip.labels[i] for i in own], human.segment_of.items())
-        columns: dict[str, dict[str, int]] = {}
-        for i in own:
-            guess = named[clip.labels[i]]
-            if guess.confidence in (HIGH, LIKELY) and guess.segment:
-                columns.setdefault(guess.segment, {})[clip.labels[i]] = i
-        yield columns
+    bodies = [columns for _, columns in columns_by_names(clip, subject)]
+    return _turned(clip, bodies, shipped_skeletons()[STANDARD])
 
 
 def _turned(clip: Clip, bodies: Iterable[Columns], skeleton: Skeleton) -> Clip:
