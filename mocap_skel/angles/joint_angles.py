@@ -12,7 +12,14 @@ from mocap_skel.angles.anatomical import best_way
 from mocap_skel.angles.errors import Turns, standard_errors, turns_by_source
 from mocap_skel.angles.neutral import Static, mean_rotation, seen_from, with_landmarks
 from mocap_skel.angles.places import HingeAxis, Place, Source, Surveyed
-from mocap_skel.angles.sequences import angles_by_turn, angles_of, locked, settled, unwrapped
+from mocap_skel.angles.sequences import (
+    about_their_mean,
+    angles_by_turn,
+    angles_of,
+    locked,
+    settled,
+    unwrapped,
+)
 from mocap_skel.clip import AXES, vertical
 from mocap_skel.figure.angle_table import AngleRule, FrameRule, Way, angle_table
 from mocap_skel.segments.pose import Array
@@ -211,7 +218,10 @@ def _angles(
 
     errors = np.degrees(standard_errors(rotation, rates, parent, turns, covariance))
     lock = locked(angles, sequence)
-    degrees = np.degrees(settled(unwrapped(angles), lock, sequence))
+    # A heading counts its turns, and so may a shoulder that circles; other joints do not turn round.
+    circles = not rule.parent or sequence[0] == sequence[2]
+    steady = settled(unwrapped(angles), lock, sequence) if circles else about_their_mean(angles)
+    degrees = np.degrees(steady)
     if child.unseen:
         degrees[:, 2] = np.nan
     if rule.parent and axes[rule.parent].unseen:

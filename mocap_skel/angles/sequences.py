@@ -66,6 +66,20 @@ def unwrapped(angles: Array) -> Array:
     return made
 
 
+def about_their_mean(angles: Array) -> Array:
+    """The same angles (frames, 3), radians, each within half a turn of its mean direction.
+
+    For a joint that cannot turn round and round: what one frame near gimbal lock adds, the next ones do not keep.
+
+    >>> about_their_mean(np.radians([[170.0], [-170.0], [np.nan], [-175.0]])).round(3).ravel()
+    array([-3.316, -2.967,    nan, -3.054])
+    """
+    with np.errstate(invalid="ignore"):
+        way = np.nansum(np.exp(1j * angles), axis=0)
+    mean = np.angle(way)
+    return np.asarray(mean + np.angle(np.exp(1j * (angles - mean))))
+
+
 def settled(angles: Array, lock: NDArray[np.bool_], sequence: str) -> Array:
     """The same angles (frames, 3), where each stretch between two locks of a YXY is about zero, by whole turns.
 

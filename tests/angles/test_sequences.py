@@ -8,7 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mocap_skel.angles.sequences import LOCK, angles_by_turn, angles_of, locked, settled, unwrapped
+from mocap_skel.angles.sequences import (
+    LOCK,
+    about_their_mean,
+    angles_by_turn,
+    angles_of,
+    locked,
+    settled,
+    unwrapped,
+)
 
 ALL = [a + b + c for a, b, c in product("XYZ", repeat=3) if a != b and b != c]
 ANGLE = st.floats(-3.1, 3.1)
@@ -89,3 +97,14 @@ def test_unwrapping_takes_whole_turns_only_and_leaves_steps_below_half_a_turn(st
     path = np.cumsum([3.0, *steps])[:, None]
     wrapped = np.angle(np.exp(1j * path))
     np.testing.assert_allclose(unwrapped(wrapped), path - path[0] + wrapped[0], atol=1e-9)
+
+
+@given(st.floats(-3.0, 3.0), st.lists(st.floats(-0.7, 0.7), min_size=1, max_size=40))
+def test_a_joint_that_stays_about_one_angle_has_no_whole_turns(middle, away):
+    path = middle + np.array(away)[:, None]
+    wrapped = np.angle(np.exp(1j * (path + 2 * np.pi * np.arange(len(path))[:, None])))
+    made = about_their_mean(wrapped)
+    turns = (made - path) / (2 * np.pi)
+    # The same whole turns in all frames, and none unless the mean itself is beyond half a turn.
+    np.testing.assert_allclose(turns, np.full_like(turns, np.round(turns[0])), atol=1e-9)
+    assert abs(turns[0, 0]) < 1e-9 or abs(path.mean()) > np.pi - 0.7
