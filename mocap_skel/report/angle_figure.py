@@ -92,6 +92,11 @@ def _panel(axes: Any, time: Any, joints: list[Any], part: int) -> None:
         )
         axes.plot(time, values, color=colour, linewidth=0.9)
         drawn += [values, values - error, values + error]
+    finish(axes, drawn)
+
+
+def finish(axes: Any, drawn: list[Any]) -> None:
+    """Make a panel of angles hold the values (degrees) that are drawn in it, or say that none is seen."""
     if drawn:
         limits(axes, np.concatenate(drawn), LEAST_SPAN, 0.0)
     else:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from mocap_skel.gait.cycles import PERCENT, MeanCycle
-from mocap_skel.report.angle_figure import LEAST_SPAN
+from mocap_skel.report.angle_figure import finish
 from mocap_skel.report.figures import figure, plain
-from mocap_skel.report.time_figures import SIDE_LOOK, legend, limits, tidy
+from mocap_skel.report.time_figures import SIDE_LOOK, legend
 from mocap_skel.results.series import by_sides
 from mocap_skel.text import counted, listed
 
@@ -76,11 +76,4 @@ def _panel(axes: Any, means: Sequence[MeanCycle], part: int) -> None:
         drawn += [mean - sd, mean + sd]
         if np.isfinite(one.off):
             axes.axvline(one.off, color=colour, linestyle="--", linewidth=0.8)
-    if drawn:
-        limits(axes, np.concatenate(drawn), LEAST_SPAN, 0.0)
-    else:
-        axes.set_yticks([])
-        axes.text(
-            0.5, 0.5, "not seen", transform=axes.transAxes, ha="center", color="0.5", fontsize=8
-        )
-    tidy(axes)
+    finish(axes, drawn)
