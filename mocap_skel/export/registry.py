@@ -8,7 +8,7 @@ the register.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -101,6 +101,7 @@ class Source:
         decided: what was decided about the file and its labels before the fit, one sentence each.
         command: the call, "" where there was none.
         static: the same subject in a static clip, whose mean pose is neutral for angles; None without one.
+        options: gives the version and all options that are no defaults.
     """
 
     clip: Clip
@@ -109,6 +110,7 @@ class Source:
     decided: tuple[str, ...] = ()
     command: str = ""
     static: SkeletonFit | None = None
+    options: Callable[[], Mapping[str, Any]] = dict
 
 
 @dataclass(frozen=True)
@@ -216,7 +218,7 @@ def formats() -> Mapping[str, Format]:
     """Every format by its name: the default first, the others by name.
 
     >>> list(formats())
-    ['csv', 'angles', 'bvh', 'c3d', 'events', 'glb', 'osim', 'parquet', 'trc']
+    ['csv', 'about', 'angles', 'bvh', 'c3d', 'events', 'glb', 'osim', 'parquet', 'trc']
     >>> formats()["bvh"].suffixes
     ('.bvh',)
     """
@@ -268,6 +270,22 @@ def _checked(key: str, value: Any, has: Mapping[str, Mapping[str, OptionHelp]]) 
     if choices and value is not None and value not in choices:
         raise ValueError(f"{key} must be one of {choices}, got {value!r}")
     return value
+
+
+def told_of(chosen: Iterable[Chosen]) -> dict[str, dict[str, Any]]:
+    """What formats are told that is no default: the format's name → option → value.
+
+    >>> told_of(choose(["c3d", "csv"], axes=True))
+    {'c3d': {'axes': True}, 'csv': {}}
+    """
+    return {
+        one.format.name: {
+            key: value
+            for key, value in asdict(one.options).items()
+            if value != getattr(type(one.options)(), key)
+        }
+        for one in chosen
+    }
 
 
 def owners() -> list[tuple[str, dict[str, Format]]]:

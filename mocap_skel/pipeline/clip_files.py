@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, ClipError, ExportError, MocapSkelError
@@ -17,6 +18,7 @@ from mocap_skel.gait.events import own_events
 from mocap_skel.labels.association import Assignment
 from mocap_skel.pipeline.job import Job, fit_file, named, static_fits, static_of
 from mocap_skel.pipeline.limits import limited
+from mocap_skel.pipeline.told_options import options_of
 from mocap_skel.skeleton_fit import SkeletonFit
 
 if TYPE_CHECKING:
@@ -49,6 +51,7 @@ class Done:
         failed: why other subjects could not be fitted, or formats not written.
         figures: the rigid figures in the files, those that are told the same once.
         events: subject → the events of the file that are of it.
+        options: gives the version and all options that are no defaults.
     """
 
     fits: tuple[SkeletonFit, ...]
@@ -57,6 +60,7 @@ class Done:
     failed: tuple[MocapSkelError, ...]
     figures: tuple[Figure, ...] = ()
     events: Mapping[str, tuple[Event, ...]] = field(default_factory=dict)
+    options: Callable[[], Mapping[str, Any]] = dict
 
 
 def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
@@ -94,7 +98,9 @@ def render(path: Path, job: Job) -> Done:
         static = static_of(statics, fit)
         if statics and static is None:
             notes.append(named(fit.subject, f"{job.static} has no such subject: no neutral pose"))
-        source = Source(found.clip, path, assignment, decided, job.command, static)
+        source = Source(
+            found.clip, path, assignment, decided, job.command, static, partial(options_of, job)
+        )
         rigid: dict[Quality, list[str]] = {}
         for chosen in job.formats:
             try:
@@ -113,7 +119,8 @@ def render(path: Path, job: Job) -> Done:
     if failed and not files:
         raise failed[0]
     events = {fit.subject: own_events(found.clip, fit.subject) for fit in fits}
-    return Done(fits, files, tuple(dict.fromkeys(notes)), tuple(failed), tuple(figures), events)
+    said, told = tuple(dict.fromkeys(notes)), partial(options_of, job)
+    return Done(fits, files, said, tuple(failed), tuple(figures), events, told)
 
 
 def target_of(job: Job, stem: str, suffix: str) -> Path:

@@ -6,12 +6,12 @@ import os
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from hashlib import file_digest
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol, Self
 
 from mocap_skel.errors import ClipError, MocapSkelError, ours
+from mocap_skel.export.digest import digest_of
 from mocap_skel.export.files import stage_all
 from mocap_skel.pipeline.clip_files import render
 from mocap_skel.pipeline.isolation import TaskError, Worker, first_ready, most_overdue
@@ -191,13 +191,3 @@ def work(task: Task, folder: Path | None = None) -> Answer:
     parts = stage_all(done.files, task.stage)
     said = told(task.path, done, task.manner)
     return Answer(parts, done.notes, done.failed, said, joints, digest)
-
-
-def digest_of(path: Path) -> str:
-    """SHA-256 of a file, as `sha256sum` prints it.
-
-    Raises:
-        ClipError: it cannot be read.
-    """
-    with ours(path, ClipError), path.open("rb") as file:
-        return file_digest(file, "sha256").hexdigest()

@@ -17,7 +17,7 @@ Manner = Literal["tables", "wide", "json", ""]
 """Tables, tables with all columns, JSON lines, or nothing."""
 
 # What lines of JSON say of themselves that are about no joint.
-NOTES, FAILURES = "notes", "failures"
+ABOUT, NOTES, FAILURES = "about", "notes", "failures"
 
 
 def told(path: Path, done: Done, manner: Manner) -> tuple[str, ...]:
@@ -50,6 +50,9 @@ def _rows(path: Path, done: Done) -> Iterator[dict[str, Any]]:
         about = {"table": RIG_TABLE, "formats": figure.formats}
         for row in rig_rows(figure.quality):
             yield {"clip": clip, "subject": figure.subject, **about, **row}
+    options = dict(done.options())
+    if ABOUT in options["formats"]:
+        yield {"clip": clip, "table": ABOUT, "version": options.pop("version"), "options": options}
 
 
 def _tables(path: Path, done: Done, wide: bool) -> Iterator[str]:
