@@ -99,7 +99,7 @@ def qualisys(file, *, frame=False, time=False, titles=False, said=None, before=(
 def motive(file, *, columns=None, version="1.23", named=True, parent=False, said=None, code=False):
     """CSV of Motive: `columns` are (type, name, property, axis, values of all frames) beside the markers.
 
-    They stand before the markers; `code` adds a column of time codes.
+    They stand before the markers; `code` adds a column of time codes. Motive's frame 0 is at 0 s.
     """
     s, frames = file.sep, len(file.points)
     every = list(columns or [])
@@ -133,7 +133,7 @@ def motive(file, *, columns=None, version="1.23", named=True, parent=False, said
     ]
     rows = [
         s.join(
-            [str(i + file.first), file.time(i), *(["15:26:46:12.02"] if code else [])]
+            [str(i + file.first), file.time(i + 1), *(["15:26:46:12.02"] if code else [])]
             + [file.number(one[4][i]) for one in every]
         )
         for i in range(frames)
