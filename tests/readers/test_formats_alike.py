@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 from commands import call, run
-from table_files import Marked, motive, plain, qualisys, trc
+from table_files import Marked, motive, nexus, plain, qualisys, trc
 
 from mocap_skel import associate, fit_skeleton, read_association, read_clip
 from mocap_skel.artificial import Faults, human, marker_set, record, walk, write_c3d
@@ -31,6 +31,7 @@ def files(tmp_path_factory):
     (folder / "walk.tsv").write_text(qualisys(file, frame=True, time=True))
     (folder / "walk.csv").write_text(plain(commas, spell="{label}_{axis} [mm]"))
     (folder / "take.csv").write_text(motive(commas))
+    (folder / "nexus.csv").write_text(nexus(file.but(sep=",")))
     y_up = file.but(points=file.points[..., [1, 2, 0]])
     (folder / "y_up.trc").write_text(trc(y_up))
     return folder
@@ -42,7 +43,9 @@ def fitted(path):
     return fit_skeleton(clip, associate(clip, known)[0], known.skeleton)
 
 
-@pytest.mark.parametrize("name", ["walk.trc", "walk.tsv", "walk.csv", "take.csv", "y_up.trc"])
+@pytest.mark.parametrize(
+    "name", ["walk.trc", "walk.tsv", "walk.csv", "take.csv", "nexus.csv", "y_up.trc"]
+)
 def test_the_joints_are_those_of_the_c3d(files, name):
     expected, found = fitted(files / "walk.c3d"), fitted(files / name)
     for one, other in zip(expected.joints, found.joints, strict=True):
