@@ -79,6 +79,7 @@ class SkeletonFit:
             `JointFit.shown` what the movement shows of it.
         notes: what was decided and what is missing, one sentence each.
         left_out: markers with samples that are left out because the marker was somewhere else.
+        zero_frame: the number that a frame at time 0 has, as in the clip.
 
     >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
     >>> clip, association = read_clip("sample_data/range_of_motion.c3d"), read_association("cmu")
@@ -101,14 +102,15 @@ class SkeletonFit:
     joints: tuple[JointFit, ...]
     notes: tuple[str, ...]
     left_out: tuple[LeftOut, ...] = ()
+    zero_frame: float = 1
 
     @property
     def time(self) -> Array:
-        """(frames,) seconds since frame 1, also in a clip that was cut out of a longer take.
+        """(frames,) seconds as the clip's file counts them, also in a clip that was cut out of a longer take.
 
-        Since its first frame in one whose frames are counted from 0.
+        Since frame 1 in a C3D, and since frame 0 in a take of Motive.
         """
-        return np.asarray((self.frame_numbers - min(1, int(self.frame_numbers[0]))) / self.rate)
+        return np.asarray((self.frame_numbers - self.zero_frame) / self.rate)
 
     def tracks(self) -> Iterator[tuple[str, Array]]:
         """Name and lab track (frames, 3) of every joint, of the root's origin, of each leaf's end point.

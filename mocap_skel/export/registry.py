@@ -218,7 +218,7 @@ def formats() -> Mapping[str, Format]:
     """Every format by its name: the default first, the others by name.
 
     >>> list(formats())
-    ['csv', 'about', 'angles', 'bvh', 'c3d', 'events', 'glb', 'osim', 'parquet', 'trc']
+    ['csv', 'about', 'angles', 'bvh', 'c3d', 'events', 'glb', 'mot', 'osim', 'parquet', 'sto', 'trc']
     >>> formats()["bvh"].suffixes
     ('.bvh',)
     """

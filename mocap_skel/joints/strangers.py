@@ -13,9 +13,9 @@ from mocap_skel.segments.pose import Array
 from mocap_skel.text import listed
 
 # Metres by which the distance of two markers differs where both were put on again, as a standard deviation:
-# examiners find a landmark again to 6 to 21 mm (Della Croce et al. 2005, table 1), 1 cm along each axis; two
-# markers, two days. So many times as much on all segments together is another person: two and a half of the
-# deviations that the mean over some 25 independent distances has.
+# examiners find a landmark again to 6 to 21 mm, as Della Croce et al. 2005 are quoted (not confirmed in the
+# paper), 1 cm along each axis; two markers, two days. So many times as much on all segments together is another
+# person: two and a half of the deviations that the mean over some 25 independent distances has.
 PUT_BACK, TOO_MUCH = 0.02, 1.35
 # A bone's length differs by its errors and by such a part of it: anatomy's part of a joint goes with the markers.
 BONE = 0.03

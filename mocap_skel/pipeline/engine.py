@@ -151,9 +151,13 @@ def begin(worker: Worker, task: Task, folder: Path | None = None) -> None:
         folder: from which the task's paths lead on; None = the current one.
     """
     path = (folder or Path()) / task.path
-    seconds = SECONDS + SECONDS_PER_BYTE * size_of(path)
     arguments = (task,) if folder is None else (task, folder)
-    worker.start(work, *arguments, memory=memory_for(path), seconds=seconds)
+    worker.start(work, *arguments, memory=memory_for(path), seconds=seconds_for(path))
+
+
+def seconds_for(path: Path) -> float:
+    """Seconds that the clip in a file may take in a child."""
+    return SECONDS + SECONDS_PER_BYTE * size_of(path)
 
 
 def result_of(worker: Worker, task: Task) -> Answer | Exception:

@@ -75,6 +75,7 @@ def clean(
         measures = {}
     points *= metres
     upward, said_by = _up(raw, up, notes)
+    zero = min(1, raw.first_frame) if raw.zero_frame is None else raw.zero_frame
     moments = events(raw.events, hertz, raw.first_frame, frames, notes)
     return Clip(
         name=name,
@@ -91,6 +92,7 @@ def clean(
         doubles=doubles(names, subjects),
         measures=measures,
         events=moments,
+        zero_frame=zero,
     )
 
 

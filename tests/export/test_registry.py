@@ -96,7 +96,7 @@ class TestToy:
 
     def test_the_help_has_it(self, fit_with_toy):
         printed = " ".join(fit_with_toy("--help").stdout.split())
-        assert "[csv|about|angles|bvh|c3d|events|glb|osim|parquet|toy|trc]" in printed
+        assert "[csv|about|angles|bvh|c3d|events|glb|mot|osim|parquet|sto|toy|trc]" in printed
         assert "toy makes walk.toy.txt, a greeting;" in printed
         for said in (
             "--greeting [hello|goodbye] toy: how it greets. [default: hello]",

@@ -122,7 +122,7 @@ def _file(fit: SkeletonFit, table: Any) -> bytes:
     parquet = extra("pyarrow.parquet", "parquet")
     said = {
         "unit": "m", "up": fit.up, "axes": "right-handed", "rate": f"{fit.rate:.10g}",
-        "time": "seconds, (frame - 1) / rate", "clip": fit.clip, "subject": fit.subject,
+        "time": "seconds, as the clip's file counts them", "clip": fit.clip, "subject": fit.subject,
         "creator": f"mocap-skel {__version__}",
     }  # fmt: skip
     target = io.BytesIO()
