@@ -58,7 +58,7 @@ def looked_at(path: Path, told: Looked) -> tuple[Clip, Job]:
 
     name, skeleton = told["association"], told["skeleton"]
     association = None if name is None else read_association(name, skeleton)
-    figure = read_skeleton(skeleton) if name is None and skeleton is not None else None
+    figure = None if skeleton is None else read_skeleton(skeleton)
     job = Job(
         association, subject=told["subject"], unit=told["unit"], rate=told["rate"],
         salvage=told["salvage"], mirror=told["mirror"], clip_up=told["clip_up"], figure=figure,
@@ -86,8 +86,7 @@ def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
     from mocap_skel.pipeline.job import Job
 
     association = None if name is None else read_association(name, skeleton)
-    # Without an association file, names are guessed for the skeleton.
-    figure = read_skeleton(skeleton) if name is None and skeleton is not None else None
+    figure = None if skeleton is None else read_skeleton(skeleton)
     calibration = _calibration(told, association)
     return Job(
         association=association, figure=figure, calibration=calibration,
