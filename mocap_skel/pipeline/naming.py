@@ -33,6 +33,7 @@ class Named:
 
     Attributes:
         clip: with its subjects, and the right one of labels that stand twice.
+        whole: the same before parts of a body became subjects.
         associations: the markers and the figure; further ones for other parts of the body, where the clip
             does not show the human's root. Each part is then a subject of the clip.
         notes: what was decided, one sentence each, the reader's too.
@@ -40,6 +41,7 @@ class Named:
     """
 
     clip: Clip
+    whole: Clip
     associations: tuple[Association, ...]
     notes: tuple[str, ...]
     guess: Guess | None = None
@@ -85,7 +87,7 @@ def name_markers(
         clip = with_right_doubles(clip, {r.label: r.segment for r in association.rules})
         parts = () if figure is not None else _parts(clip, association, subject)
         if not parts:
-            return Named(clip, (association,), clip.notes)
+            return Named(clip, clip, (association,), clip.notes)
         shown = listed(part.skeleton.name for part in parts)
         root = association.skeleton.root.name
         note = f"the clip shows no three markers of {root}: of the figure {shown}"
@@ -107,6 +109,7 @@ def _named(
     guess: Guess | None,
 ) -> Named:
     """The clip, in which each part of the body is a subject where there are several."""
+    whole = clip
     if len(associations) > 1:
         one = subject or (clip.subject_names[0] if len(clip.subject_names) == 1 else None)
         if one is None:
@@ -117,7 +120,7 @@ def _named(
             associations = associations[:1]
         else:
             clip = _parted(clip, one, associations)
-    return Named(clip, associations, (*clip.notes, note), guess)
+    return Named(clip, whole, associations, (*clip.notes, note), guess)
 
 
 def _parts(clip: Clip, association: Association, subject: str | None) -> tuple[Association, ...]:

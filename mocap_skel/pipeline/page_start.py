@@ -41,8 +41,7 @@ def page_start(clip: Clip, job: Job, figure: str | None = None) -> tuple[Clip, S
             raise
         clip = upright_by_names(clip, job.subject)
         return clip, start_from_guess(clip, figure, job.subject, job.how)
-    # Parts of the body are subjects of their own in a fit; a page shows a person.
-    clip = upright_by_names(replace(clip, labels=named.clip.labels), job.subject)
+    clip = upright_by_names(named.whole, job.subject)
     if named.guess is not None:
         return clip, start_from_guess(clip, figure, job.subject, job.how, named.guess)
     start = start_from_file(clip, job.association or named.association, job.subject)
