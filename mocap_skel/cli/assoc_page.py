@@ -30,20 +30,13 @@ def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpa
     mocap-skel fit CLIP --assoc map.txt
     """
     from mocap_skel.export.files import check_free, write_all
-    from mocap_skel.labels.subjects import with_subjects
+    from mocap_skel.pipeline.page_start import page_start
     from mocap_skel.report.assoc_page import assoc_page
-    from mocap_skel.results.assoc_start import start_from_file, start_from_guess
-    from mocap_skel.results.upright import upright_by_names
     from mocap_skel.text import counted
 
     inputs = [clip, *(Path(n) for n in (told["association"], told["skeleton"]) if n)]
     check_free([output], overwrite, inputs)
-    read, job = looked_at(clip, told)
-    read = upright_by_names(with_subjects(read, job.association), job.subject)
-    if job.association is None:
-        start = start_from_guess(read, told["skeleton"], job.subject, job.how)
-    else:
-        start = start_from_file(read, job.association, job.subject)
+    read, start = page_start(*looked_at(clip, told), told["skeleton"])
     write_all({output: assoc_page(read, start)}, overwrite, inputs)
     say(f"wrote {output}")
     if not quiet:

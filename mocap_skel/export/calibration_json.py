@@ -16,6 +16,7 @@ from mocap_skel.joints.calibration import (
     Calibration,
     ClipEvidence,
     JointEvidence,
+    Labels,
     Template,
 )
 from mocap_skel.joints.evidence import Evidence
@@ -38,10 +39,20 @@ def calibration_json(calibration: Calibration, joints: Sequence[CalibratedJoint]
         "format": FORMAT,
         "skeleton": calibration.skeleton,
         "unit": "m",
+        "labels": _labels(calibration.labels),
         "joints": {j.joint.joint: _summary(j) for j in joints},
         "clips": [_clip(clip) for clip in calibration.clips],
     }
     return _laid_out(content) + "\n"
+
+
+def _labels(labels: Labels | None) -> dict[str, Any] | None:
+    if labels is None:
+        return None
+    return {
+        "source": labels.source, "figure": labels.figure, "ignored": list(labels.ignored),
+        "markers": {label: list(marker) for label, marker in labels.markers.items()},
+    }  # fmt: skip
 
 
 def _summary(found: CalibratedJoint) -> dict[str, Any]:
@@ -121,15 +132,10 @@ def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibratio
             "mocap-skel calibrate writes one",
         )
     door = _Door(path)
-    door.keys(content, {"format", "skeleton", "unit", "joints", "clips"}, "the file")
+    door.keys(content, {"format", "skeleton", "unit", "labels", "joints", "clips"}, "the file")
     if content["unit"] != "m":
         raise door.wrong("unit", f"must be 'm', got {content['unit']!r}")
     name = door.text(content["skeleton"], "skeleton")
-    if skeleton is not None and name != skeleton.name:
-        raise CallError(
-            f"{path}: is of the skeleton {name!r}, not of {skeleton.name!r}",
-            "calibrate with the same association file and --skeleton",
-        )
     clips = tuple(
         door.clip(entry, f"clips[{i}]")
         for i, entry in enumerate(door.a(content["clips"], list, "clips"))
@@ -138,18 +144,34 @@ def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibratio
     for i, digest in enumerate(digests):
         if digest in digests[:i]:
             raise door.wrong(f"clips[{i}].digest", "is that of another clip: it would count twice")
+    calibration = Calibration(name, clips, door.labels(content["labels"], "labels"))
     if skeleton is not None:
-        _check_known(path, clips, skeleton)
-    return Calibration(name, clips)
+        check_figure(path, calibration, skeleton)
+    return calibration
 
 
 def _no_calibration(error: Exception) -> tuple[str, str]:
     return f"is no calibration: {error}", "mocap-skel calibrate writes one"
 
 
-def _check_known(path: Path, clips: Sequence[ClipEvidence], skeleton: Skeleton) -> None:
+def check_figure(path: Path, calibration: Calibration, skeleton: Skeleton) -> None:
+    """Raise an error if a calibration is not of a figure.
+
+    Args:
+        path: of its file, for the message.
+        calibration: what was read.
+        skeleton: the figure that it is to be used for.
+
+    Raises:
+        CallError: it is of another figure, or has joints that this one does not have.
+    """
+    if calibration.skeleton != skeleton.name:
+        raise CallError(
+            f"{path}: is of the skeleton {calibration.skeleton!r}, not of {skeleton.name!r}",
+            "calibrate with the same association file and --skeleton",
+        )
     joints = {s.joint: s for s in skeleton.segments if s.joint}
-    for clip in clips:
+    for clip in calibration.clips:
         for name, joint in clip.joints.items():
             own = joints.get(name)
             if own is None or (own.parent, own.name) != (joint.parent, joint.child):
@@ -198,6 +220,24 @@ class _Door:
         if found < 0:
             raise self.wrong(where, f"must not be negative, got {found:g}")
         return found
+
+    def labels(self, entry: Any, where: str) -> Labels | None:
+        if entry is None:
+            return None
+        self.keys(entry, {"source", "figure", "markers", "ignored"}, where)
+        markers = {}
+        for label, named in self.a(entry["markers"], dict, f"{where}.markers").items():
+            at = f"{where}.markers.{label}"
+            words = [self.text(word, at) for word in self.a(named, list, at)]
+            if len(words) != 2 or not all(words):
+                raise self.wrong(at, f"must be a marker and its segment, got {named!r:.40}")
+            markers[label] = words[0], words[1]
+        ignored = self.a(entry["ignored"], list, f"{where}.ignored")
+        return Labels(
+            self.text(entry["source"], f"{where}.source"),
+            self.text(entry["figure"], f"{where}.figure"),
+            markers, tuple(self.text(one, f"{where}.ignored") for one in ignored),
+        )  # fmt: skip
 
     def clip(self, entry: Any, where: str) -> ClipEvidence:
         wanted = {"clip", "subject", "frames", "rate", "digest", "segments", "joints"}

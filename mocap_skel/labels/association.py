@@ -36,7 +36,7 @@ class Rule:
         label: the label in the clip, with or without its subject.
         marker: the standard name, or a name of its own.
         segment: of the skeleton.
-        line: of the file, from 1.
+        line: of the file, from 1; 0 where it stands in no file.
     """
 
     label: str
@@ -98,7 +98,7 @@ class Assignment:
         """
         notes = []
         if self.absent:
-            lines = [f"{r.label} (line {r.line}{self._offer(r.label)})" for r in self.absent]
+            lines = [f"{r.label}{self._where(r)}" for r in self.absent]
             what = counted(len(lines), "label")
             notes.append(f"{association.path}: {what} not in the clip: {listed(lines)}")
         if self.unmatched:
@@ -106,10 +106,15 @@ class Assignment:
             notes.append(f"{what} of the clip not in {association.path}: {listed(self.unmatched)}")
         return [*notes, *self.by_place]
 
+    def _where(self, rule: Rule) -> str:
+        said = [f"line {rule.line}"] if rule.line else []
+        said += filter(None, [self._offer(rule.label)])
+        return f" ({', '.join(said)})" if said else ""
+
     def _offer(self, label: str) -> str:
         # Half of the labels of a set differ by one letter: only a near miss is worth a word.
         hint = nearest(label, self.unmatched, 0.8)
-        return f", {hint}" if hint else ""
+        return hint or ""
 
 
 def read_association(source: str | Path, skeleton: str | Path | None = None) -> Association:

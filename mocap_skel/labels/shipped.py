@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
-from mocap_skel.labels.association import SHIPPED, Association, read_association
+from mocap_skel.labels.association import SHIPPED, Association, Rule, read_association
 from mocap_skel.labels.guess.motion import Verdict, weigh
 from mocap_skel.labels.guess.names import HIGH, NameGuess
 from mocap_skel.labels.guess.rigid import distances
@@ -50,13 +50,7 @@ def match(name: str, clip: Clip, association: Association, subject: str | None =
     >>> match("cmu", clip, read_association("cmu")).labels
     41
     """
-    there: NDArray[np.bool_] = np.asarray(np.isfinite(clip.points[..., 0]).any(axis=0))
-    seen = {
-        label
-        for i, (label, whose) in enumerate(zip(clip.labels, clip.subjects, strict=True))
-        if there[i] and subject in (None, whose)
-    }
-    found = [rule for rule in association.rules if rule.label.rpartition(":")[2] in seen]
+    found = seen_rules(clip, association, subject)
     root = association.skeleton.root.name
     return Match(
         name,
@@ -65,6 +59,22 @@ def match(name: str, clip: Clip, association: Association, subject: str | None =
         len(found) / max(len(association.rules), 1),
         sum(rule.segment == root for rule in found),
     )
+
+
+def seen_rules(clip: Clip, association: Association, subject: str | None = None) -> list[Rule]:
+    """The lines of an association whose labels a clip, or one subject of it, has and shows.
+
+    >>> from mocap_skel import read_clip
+    >>> len(seen_rules(read_clip("sample_data/range_of_motion.c3d"), read_association("cmu")))
+    41
+    """
+    there: NDArray[np.bool_] = np.asarray(np.isfinite(clip.points[..., 0]).any(axis=0))
+    seen = {
+        label
+        for i, (label, whose) in enumerate(zip(clip.labels, clip.subjects, strict=True))
+        if there[i] and subject in (None, whose)
+    }
+    return [rule for rule in association.rules if rule.label.rpartition(":")[2] in seen]
 
 
 def best_match(clip: Clip, subject: str | None = None) -> Match | None:

@@ -121,7 +121,7 @@ class Guess:
             rules = (Rule(x.label, x.marker, x.segment, i) for i, x in enumerate(used, 1))
             taken = {line.label for line in used}
             rest = tuple(_escaped(x.label) for x in self.lines if x.label not in taken)
-            found.append(Association(GUESSED, figure, tuple(rules), rest))
+            found.append(Association(GUESSED, figure, tuple(rules), rest, figure.name))
         return tuple(found)
 
 
