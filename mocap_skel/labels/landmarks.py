@@ -154,7 +154,13 @@ def told_by_place(
         for pair in dialects().pairs
         for side in "LR"
         if pair.medial.format(s=side) not in at
-        and (two := _numbered(columns.get(known[pair.lateral.format(s=side)], {}), labels, pair.lateral.format(s=side)))
+        and (
+            two := _numbered(
+                columns.get(known[pair.lateral.format(s=side)], {}),
+                labels,
+                pair.lateral.format(s=side),
+            )
+        )
     }
     assumed = dict(at)
     for (side, pair), (first, second) in twins.items():

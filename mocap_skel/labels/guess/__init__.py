@@ -25,6 +25,7 @@ from mocap_skel.labels.guess.names import (
     meanings,
 )
 from mocap_skel.labels.guess.part import LEAST_ON_ROOT, begun, figures
+from mocap_skel.labels.guess.pelvis import with_pelvis
 from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
 from mocap_skel.labels.guess.running import nameless
 from mocap_skel.text import counted, listed
@@ -169,7 +170,10 @@ def guess_association(
         own = _compared(clip, own, named, verdicts)
         guesses = [named[clip.labels[i]] for i in own]
         found = distances(clip.points[:, own])
-        for i, verdict in zip(own, weigh(guesses, found, tree, clip.frames), strict=True):
+        judged = weigh(guesses, found, tree, clip.frames)
+        if tree is human:
+            judged = with_pelvis(judged, found, clip.points[:, own])
+        for i, verdict in zip(own, judged, strict=True):
             verdicts[clip.labels[i]].append(verdict)
     there = np.flatnonzero(np.isfinite(clip.points[..., 0]).any(axis=0))
     seen = {clip.labels[i] for i in there}

@@ -14,6 +14,8 @@ TABLE = Path(__file__).parent / "dialects.toml"
 _ORDINALS = {"1": "ST", "2": "ND", "3": "RD", "4": "TH", "5": "TH"}
 # Letters that tell two landmarks apart, but not which is which.
 _UNTOLD = (["A", "B"],)
+# Letters of stems that a side and another code are as likely to be.
+_SHORT = 2
 # Spellings by rule rank behind all that the table has, and before words.
 _BY_RULE = 10_000
 # C7, T10, L5, S1: with a side before it, such a code is a marker of a cluster (LT1: left thigh or tibia).
@@ -211,12 +213,15 @@ def _add_spelled(found: Dialects, entry: Mapping[str, Any], ends: Mapping[str, A
     stems = entry["stems"]
     for place, words in ((one, ends["first"]), (other, ends["second"])):
         _add(found, place, (x for s in stems for w in words for x in (s + w, w + s)))
+    inner = [*ends["second"], *(second for _, second in ends["letters"])]
     for stem in stems:
+        # KneeM stands beside Knee as well as beside KneeL. LEL beside MEL is rather LE on the left than EL.
+        if len(stem) > _SHORT:
+            _add(found, one, (stem,), (x for w in inner for x in (stem + w, w + stem)))
         for first, second in ends["letters"]:
-            _add(found, one, (stem + first, first + stem), (stem + second, second + stem))
-            # KneeM stands beside Knee as well as beside KneeL.
-            there = (stem + first, first + stem, stem)
-            _add(found, other, (stem + second, second + stem), there)
+            outer = (stem + first, first + stem)
+            _add(found, one, outer, (stem + second, second + stem))
+            _add(found, other, (stem + second, second + stem), (*outer, stem))
         for first, second in _UNTOLD:
             for letter, partner in ((first, second), (second, first)):
                 _add(found, replace(one, marker=""), (stem + letter,), (stem + partner,))
@@ -228,7 +233,14 @@ def _add_numbered(found: Dialects, entry: Mapping[str, Any]) -> None:
     rest = replace(next(iter(places.values())), marker="")
     for n, order in _ORDINALS.items():
         for stem in entry["stems"]:
-            spelled = (stem + n, f"{stem}0{n}", n + stem, n + order + stem, f"{stem}{n}H", f"D{n}{stem}")
+            spelled = (
+                stem + n,
+                f"{stem}0{n}",
+                n + stem,
+                n + order + stem,
+                f"{stem}{n}H",
+                f"D{n}{stem}",
+            )
             _add(found, places.get(n, rest), spelled)
             _add(found, rest, (x for b in entry["base"] for x in (b + n + stem, stem + n + b)))
 
@@ -238,9 +250,7 @@ def _place_of(found: Dialects, marker: str) -> Place:
     return next(place for _, place in found.phrases if place.marker == marker)
 
 
-def _add(
-    found: Dialects, place: Place, spelled: Iterable[str], needs: tuple[str, ...] = ()
-) -> None:
+def _add(found: Dialects, place: Place, spelled: Iterable[str], needs: Iterable[str] = ()) -> None:
     """Add spellings of a place behind those that the table itself has."""
     code = Code(place, _BY_RULE, False, frozenset(needs), False)
     for spelling in spelled:
