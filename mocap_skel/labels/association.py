@@ -13,7 +13,7 @@ from pathlib import Path
 from mocap_skel.clip import Clip
 from mocap_skel.errors import AssociationError, CallError, ClipError, SkeletonError, ours
 from mocap_skel.figure.skeleton import STANDARD, Skeleton, read_skeleton
-from mocap_skel.labels.landmarks import exchanged, own_names, segment_of_landmark
+from mocap_skel.labels.landmarks import exchanged, own_names, segment_of_landmark, told_by_place
 from mocap_skel.text import counted, listed, nearest, read_text
 
 _PACKAGE = Path(__file__).parents[1]
@@ -390,6 +390,7 @@ def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
     rest = [label for label in own if label not in used]
     dropped = [s for s in rest if any(fnmatchcase(s, p) for p in association.ignored)]
     landmarks = own_names(at, clip.labels)
+    landmarks |= told_by_place(clip.points, at, clip.labels)
     columns, by_place = _by_place(clip, at, landmarks)
     return Assignment(
         subject,
