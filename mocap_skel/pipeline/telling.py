@@ -59,7 +59,7 @@ def _tables(path: Path, done: Done, wide: bool) -> Iterator[str]:
 
     for fit in done.fits:
         yield joint_table(fit, str(path), wide=wide)
-        for words in verdict(fit, joint_rows(fit)):
+        for words in verdict(fit, joint_rows(fit, angles=False)):
             yield sentence(words)
         for figure in done.figures:
             if figure.subject == fit.subject:
