@@ -53,7 +53,6 @@ def _rows(path: Path, done: Done) -> Iterator[dict[str, Any]]:
 
 
 def _tables(path: Path, done: Done, wide: bool) -> Iterator[str]:
-    from mocap_skel.report.rig_table import rig_table
     from mocap_skel.report.terminal import joint_table, sentence
     from mocap_skel.results.verdict import verdict
 
@@ -63,5 +62,7 @@ def _tables(path: Path, done: Done, wide: bool) -> Iterator[str]:
             yield sentence(words)
         for figure in done.figures:
             if figure.subject == fit.subject:
+                from mocap_skel.report.rig_table import rig_table
+
                 yield rig_table(figure.quality, figure.formats, wide=wide)
     yield f"wrote {', '.join(str(file) for file in done.files)}"
