@@ -189,7 +189,7 @@ def work(task: Task, folder: Path | None = None) -> Answer:
     joints = tuple(
         {"subject": fit.subject, **{key: row[key] for key in KEPT}}
         for fit in done.fits
-        for row in joint_rows(fit)
+        for row in joint_rows(fit, angles=False)
         if task.hashed
     )
     parts = stage_all(done.files, task.stage)

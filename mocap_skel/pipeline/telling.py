@@ -56,15 +56,16 @@ def _rows(path: Path, done: Done) -> Iterator[dict[str, Any]]:
 
 
 def _tables(path: Path, done: Done, wide: bool) -> Iterator[str]:
-    from mocap_skel.report.rig_table import rig_table
     from mocap_skel.report.terminal import joint_table, sentence
     from mocap_skel.results.verdict import verdict
 
     for fit in done.fits:
         yield joint_table(fit, str(path), wide=wide)
-        for words in verdict(fit, joint_rows(fit)):
+        for words in verdict(fit, joint_rows(fit, angles=False)):
             yield sentence(words)
         for figure in done.figures:
             if figure.subject == fit.subject:
+                from mocap_skel.report.rig_table import rig_table
+
                 yield rig_table(figure.quality, figure.formats, wide=wide)
     yield f"wrote {', '.join(str(file) for file in done.files)}"
