@@ -84,3 +84,51 @@ def stem(path: Path) -> str:
     ('walk', 'walk')
     """
     return Path(path.stem).stem if path.suffix.lower() == ".gz" else path.stem
+
+
+def printable(text: str) -> str:
+    r"""A name out of a file as the program has it: each character that a terminal would obey, or nobody would see, is ?.
+
+    >>> printable("LKNE\x1b[31m"), printable("Zoé")
+    ('LKNE?[31m', 'Zoé')
+    """
+    return text if text.isprintable() else "".join(c if c.isprintable() else "?" for c in text)
+
+
+# Unicode's control and format characters, halves of surrogate pairs, ends of lines and paragraphs.
+_UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+_ESCAPES = {"\n": r"\n", "\r": r"\r", "\t": r"\t"}
+# Where Python keeps a byte of a file's name that is no UTF-8: 128 to 255 behind this.
+_BYTES = 0xDC00
+
+
+def visible(text: str, kept: str = "") -> str:
+    r"""Any text on its way to a terminal: what that would obey, or nobody would see, is written as an escape.
+
+    Args:
+        text: the text; bytes of a file's name that are no UTF-8 are shown as what they are.
+        kept: characters that stay as they are.
+
+    >>> print(visible("a\x1b[2J\nb\udce4\u202e"))
+    a\x1b[2J\nb\xe4\u202e
+    """
+    if text.isprintable():
+        return text
+    from unicodedata import category  # hardly a text has such characters
+
+    return "".join(_escaped(c) if c not in kept and category(c) in _UNSEEN else c for c in text)
+
+
+def _escaped(c: str) -> str:
+    if c in _ESCAPES:
+        return _ESCAPES[c]
+    code = ord(c)
+    if _BYTES + 0x80 <= code <= _BYTES + 0xFF:
+        code -= _BYTES
+    return (
+        f"\\x{code:02x}"
+        if code < 0x100
+        else f"\\u{code:04x}"
+        if code < 0x10000
+        else f"\\U{code:08x}"
+    )

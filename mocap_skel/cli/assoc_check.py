@@ -8,7 +8,7 @@ from typing import Unpack
 
 import click
 
-from mocap_skel.cli import options, say
+from mocap_skel.cli import options, say, warn
 from mocap_skel.cli.jobs import Looked, looked_at
 
 
@@ -33,7 +33,7 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     read, job = looked_at(clip, told)
     named = job.named(read)
     if job.association is None:
-        click.echo(f"mocap-skel: {clip}: {named.notes[-1]}", err=True)
+        warn(f"{clip}: {named.notes[-1]}")
     # A part of the body is a subject that the call need not know.
     subject = None if len(named.associations) > 1 else told["subject"]
     pairs = [(a, x) for a in named.associations for x in associate(named.clip, a, subject)]
@@ -45,5 +45,5 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
         else:
             say(check_table(check, str(clip)))
         for note in assignment.mismatches(association):
-            click.echo(f"mocap-skel: {clip}: {note}", err=True)
+            warn(f"{clip}: {note}")
     return 0

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mocap_skel.cli import options, say
+from mocap_skel.cli import options, say, warn
 from mocap_skel.errors import CallError
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def guess(
     else:
         say(texts[0], nl=False)
     if not quiet:
-        click.echo(f"mocap-skel: {clip}: {note}", err=True)
+        warn(f"{clip}: {note}")
     return 0
 
 

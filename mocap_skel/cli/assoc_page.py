@@ -7,7 +7,7 @@ from typing import Unpack
 
 import click
 
-from mocap_skel.cli import options, say
+from mocap_skel.cli import options, say, warn
 from mocap_skel.cli.jobs import Looked, looked_at
 
 
@@ -47,8 +47,8 @@ def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpa
     write_all({output: assoc_page(read, start)}, overwrite, inputs)
     say(f"wrote {output}")
     if not quiet:
-        click.echo(f"mocap-skel: {clip}: {start.said}", err=True)
+        warn(f"{clip}: {start.said}")
         if start.doubts:
             doubts = counted(len(start.doubts), "doubt")
-            click.echo(f"mocap-skel: {clip}: {doubts}, listed on the page", err=True)
+            warn(f"{clip}: {doubts}, listed on the page")
     return 0

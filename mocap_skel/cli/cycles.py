@@ -8,7 +8,7 @@ from typing import Unpack
 
 import click
 
-from mocap_skel.cli import FAILED, complain, options, say
+from mocap_skel.cli import FAILED, complain, options, say, warn
 from mocap_skel.cli.jobs import Told, job_of
 
 
@@ -72,7 +72,7 @@ def command(
     for failure in done.failed:
         complain(failure)
     for note in [] if quiet else done.notes:
-        click.echo(f"mocap-skel: {note}", err=True)
+        warn(note)
     if as_json:
         for row in mean_rows(done.means):
             plain = {key: None if value != value else value for key, value in row.items()}

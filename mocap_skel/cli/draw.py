@@ -7,7 +7,7 @@ from typing import Unpack
 
 import click
 
-from mocap_skel.cli import FAILED, complain, options, say
+from mocap_skel.cli import FAILED, complain, options, say, warn
 from mocap_skel.cli.jobs import Told, job_of
 from mocap_skel.errors import CallError
 
@@ -81,6 +81,6 @@ def command(
     for failure in done.failed:
         complain(failure)
     for note in [] if quiet else done.notes:
-        click.echo(f"mocap-skel: {clip}: {note}", err=True)
+        warn(f"{clip}: {note}")
     say(f"wrote {done.file}")
     return FAILED if done.failed else 0

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import click
 
-from mocap_skel.cli import options, say
+from mocap_skel.cli import options, say, warn
 from mocap_skel.cli.jobs import Told, job_of
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def resample(
         "Deviation against the number of samples (thesis figure 24)": "power_law",
     }
     for note in [] if told["quiet"] else found.notes:
-        click.echo(f"mocap-skel: {clip}: {note}", err=True)
+        warn(f"{clip}: {note}")
     return _show(found, tables, told["as_json"])
 
 

@@ -9,15 +9,17 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+from mocap_skel.errors import MocapSkelError, ours
+from mocap_skel.export.interrupts import SIGNS, interrupts_held
 from mocap_skel.pipeline.limits import GIGABYTE, limit, restore, starved, too_much, used_memory
 
-__all__ = ["GIGABYTE", "TaskError", "Worker", "first_ready", "interrupts_held", "most_overdue"]
+__all__ = ["GIGABYTE", "TaskError", "Worker", "first_ready", "most_overdue"]
 
 # A child that holds more between two tasks is replaced: what it keeps of one clip is room that the
 # next would lack, and its address space says no more how much that one uses.
@@ -101,11 +103,14 @@ class Worker:
     def _spawn(self) -> None:
         # A process that is forked while BLAS has threads may hang.
         context = multiprocessing.get_context("spawn")
-        self._pipe, theirs = context.Pipe()
-        self._child = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with interrupts_held():
-            self._child.start()
-        theirs.close()
+        with ours("a child process cannot be started", MocapSkelError), interrupts_held():
+            self._pipe, theirs = context.Pipe()
+            try:
+                child = context.Process(target=_serve, args=(theirs,), daemon=True)
+                child.start()
+                self._child = child
+            finally:
+                theirs.close()
 
 
 def first_ready(busy: Sequence[Worker]) -> list[Worker]:
@@ -132,19 +137,6 @@ def most_overdue(busy: Sequence[Worker]) -> Worker:
     return min(busy, key=lambda worker: worker._until)
 
 
-@contextmanager
-def interrupts_held() -> Iterator[None]:
-    """Ctrl-C and SIGTERM wait, here and in a process that starts meanwhile: it would die of it, and say so."""
-    if sys.platform == "win32":
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 def _died(code: int | None) -> str:
     if code is not None and code < 0:
         with suppress(ValueError):
@@ -154,11 +146,11 @@ def _died(code: int | None) -> str:
 
 def _serve(pipe: Connection) -> None:
     """The child: tasks until the pipe closes."""
-    # Ctrl-C goes to the parent, which ends its child. SIGTERM was held while this process started.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    # Ctrl-C goes to the parent, which ends its child. The others were held while this process started.
+    for sign in SIGNS:
+        signal.signal(sign, signal.SIG_IGN if sign == signal.SIGINT else signal.SIG_DFL)
     if sys.platform != "win32":
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNS)
     # What a library in C prints before it dies is no message for a user.
     silence = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
