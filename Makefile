@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint types bench validate golden docs samples page blender opensim three clean
+.PHONY: help demo test fuzz kills lint types bench validate golden docs samples page blender opensim three clean
 
 help: ## This list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
@@ -27,6 +27,9 @@ test: lint types $(STAMP) ## Lint, types and all tests
 N ?= 10000
 fuzz: $(STAMP) ## Try N damaged files (make fuzz N=10000), seeds from FIRST on
 	MOCAP_SKEL_FUZZ=$(N) MOCAP_SKEL_FUZZ_FIRST=$(or $(FIRST),0) $(BIN)/python -m pytest -q tests/readers/test_fuzz.py
+
+kills: $(STAMP) ## Kill a batch at N random moments (make kills N=50), and let it go on from there
+	MOCAP_SKEL_KILLS=$(or $(filter-out 10000,$(N)),50) $(BIN)/python -m pytest -q tests/cli/test_batch_faults.py -k random_moments
 
 lint: $(STAMP) ## ruff: rules and format
 	$(BIN)/ruff check .

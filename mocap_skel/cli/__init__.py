@@ -5,6 +5,7 @@ Here belongs parsing, calling and printing, nothing that computes. It may import
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import signal
@@ -41,6 +42,8 @@ NOTHING_FITTED = 3
 USAGE = 2
 INTERRUPTED = 130
 FAILED = 1
+
+_TOO_MANY = os.strerror(errno.EMFILE)
 
 
 class _Commands(click.Group):
@@ -100,17 +103,11 @@ def main(arguments: list[str] | None = None) -> None:
     except MocapSkelError as error:
         complain(error)
         code = USAGE if isinstance(error, CallError) else NOTHING_FITTED
-    except OSError as error:
-        # Whatever reads or writes files turns its errors into ours; what is left is standard output.
-        if not isinstance(error, BrokenPipeError):
-            warn(f"error: standard output: {error.strerror}")
+    except BrokenPipeError:
         _close(sys.stdout)
-        code = 0 if isinstance(error, BrokenPipeError) else FAILED
-    except MemoryError:
-        warn("error: not enough memory for this call")
-        code = FAILED
-    except Exception as error:  # the last door: anything else is our mistake
-        complain(bug(error, debug))
+        code = 0
+    except Exception as error:  # the last door
+        complain(_want(error) or _unwritten(error) or bug(error, debug))
         code = FAILED
     sys.exit(code if isinstance(code, int) else 0)
 
@@ -211,6 +208,30 @@ def _close(stream: TextIO) -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
+
+
+def _want(error: BaseException) -> MocapSkelError | None:
+    """What to say where the system gives this process no more memory or files; None where that is not why."""
+    from mocap_skel.pipeline.limits import starved
+
+    chain = [error]
+    while (cause := chain[-1].__cause__ or chain[-1].__context__) is not None:
+        chain.append(cause)
+    if any(map(starved, chain)):
+        return MocapSkelError("not enough memory for this call")
+    # A library that cannot be loaded has no other way to say it.
+    if any(getattr(e, "errno", 0) == errno.EMFILE or _TOO_MANY in str(e) for e in chain):
+        return MocapSkelError("too many open files", "ulimit -n shows how many there may be")
+    return None
+
+
+def _unwritten(error: Exception) -> MocapSkelError | None:
+    """What to say where standard output cannot be written; None where that is not why."""
+    # Whatever reads or writes files turns its errors into ours; what is left without a name is standard output.
+    if not isinstance(error, OSError) or error.filename is not None:
+        return None
+    _close(sys.stdout)
+    return MocapSkelError(f"standard output: {error.strerror}")
 
 
 def bug(error: Exception, debug: bool) -> MocapSkelError:

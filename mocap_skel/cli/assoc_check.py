@@ -29,6 +29,7 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     from mocap_skel.labels.association import associate
     from mocap_skel.report.check_table import check_row, check_table
     from mocap_skel.results.marker_check import check_association
+    from mocap_skel.text import visible
 
     read, job = looked_at(clip, told)
     named = job.named(read)
@@ -43,7 +44,7 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
             for one in check.markers:
                 say(json.dumps(check_row(one, str(clip)), allow_nan=False))
         else:
-            say(check_table(check, str(clip)))
+            say(check_table(check, visible(str(clip))))
         for note in assignment.mismatches(association):
             warn(f"{clip}: {note}")
     return 0

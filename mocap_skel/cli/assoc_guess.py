@@ -69,6 +69,7 @@ def guess(
     from mocap_skel.labels.guess import repeated
     from mocap_skel.labels.subjects import with_subjects
     from mocap_skel.pipeline.limits import limited
+    from mocap_skel.pipeline.telling import wrote
     from mocap_skel.readers import read_clip
 
     how = repeated(subject, unit, rate, salvage=salvage, mirror=mirror, clip_up=clip_up)
@@ -97,7 +98,7 @@ def guess(
         for row in rows:
             say(json.dumps({"clip": str(clip), **row}, allow_nan=False))
     elif paths:
-        say(f"wrote {', '.join(map(str, paths))}")
+        say(wrote(paths))
     else:
         say(texts[0], nl=False)
     if not quiet:

@@ -31,6 +31,7 @@ def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpa
     """
     from mocap_skel.export.files import check_free, write_all
     from mocap_skel.labels.subjects import with_subjects
+    from mocap_skel.pipeline.telling import wrote
     from mocap_skel.report.assoc_page import assoc_page
     from mocap_skel.results.assoc_start import start_from_file, start_from_guess
     from mocap_skel.results.upright import upright_by_names
@@ -45,7 +46,7 @@ def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpa
     else:
         start = start_from_file(read, job.association, job.subject)
     write_all({output: assoc_page(read, start)}, overwrite, inputs)
-    say(f"wrote {output}")
+    say(wrote([output]))
     if not quiet:
         warn(f"{clip}: {start.said}")
         if start.doubts:

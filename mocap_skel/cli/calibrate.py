@@ -74,10 +74,11 @@ def command(
     if as_json:
         _print_json(done)
     else:
+        from mocap_skel.pipeline.telling import wrote
         from mocap_skel.report.terminal import calibration_table
 
         say(calibration_table(done, wide=wide))
-        say(f"wrote {output}")
+        say(wrote([output]))
     return FAILED if done.failed else 0
 
 

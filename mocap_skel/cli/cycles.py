@@ -78,8 +78,9 @@ def command(
             plain = {key: None if value != value else value for key, value in row.items()}
             say(json.dumps(plain, allow_nan=False))
     else:
+        from mocap_skel.pipeline.telling import wrote
         from mocap_skel.report.terminal import rows_table
 
         say(rows_table(stride_rows(done.means)))
-        say(f"wrote {', '.join(str(file) for file in done.files)}")
+        say(wrote(done.files))
     return FAILED if done.failed else 0

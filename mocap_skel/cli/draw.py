@@ -75,6 +75,7 @@ def command(
     # Better said before anything is loaded or read.
     extra("matplotlib.figure", "plot")
     from mocap_skel.pipeline.drawing import Drawing, draw
+    from mocap_skel.pipeline.telling import wrote
 
     wanted = Drawing(plot, frames, sheet or 0, view or "oblique", output, overwrite)
     done = draw(clip, job_of(told, [clip]), wanted)
@@ -82,5 +83,5 @@ def command(
         complain(failure)
     for note in [] if quiet else done.notes:
         warn(f"{clip}: {note}")
-    say(f"wrote {done.file}")
+    say(wrote([done.file]))
     return FAILED if done.failed else 0

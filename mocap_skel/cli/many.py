@@ -199,13 +199,12 @@ def _write_tables(
 
 def _print_summary(rows: Sequence[dict[str, object]], folder: Path) -> None:
     from mocap_skel.pipeline.summary import HEAD, in_words
+    from mocap_skel.pipeline.telling import wrote
     from mocap_skel.report.terminal import table
 
     if rows:
         say(table(HEAD, list(in_words(rows)), frozenset({0})))
-        say(
-            f"wrote {folder / 'manifest.jsonl'}, {folder / 'manifest.csv'}, {folder / 'summary.csv'}"
-        )
+        say(wrote(folder / name for name in ("manifest.jsonl", "manifest.csv", "summary.csv")))
 
 
 def _in_words(fates: Counter[Fate], left: int, seconds: float) -> str:

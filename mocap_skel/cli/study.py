@@ -186,15 +186,16 @@ def _show(found: Findings, tables: dict[str, str], as_json: bool) -> int:
     if as_json:
         for name in tables.values():
             for row in found.tables[name]:
-                say(json.dumps({"table": name, **_plain(row)}, allow_nan=False, ensure_ascii=False))
+                say(json.dumps({"table": name, **_plain(row)}, allow_nan=False))
         return 0
+    from mocap_skel.pipeline.telling import wrote
     from mocap_skel.report.terminal import rows_table
 
     for line in found.words:
         say(line)
     for title, name in tables.items():
         say(f"\n{title}\n{rows_table(found.tables[name])}")
-    say(f"\nwrote {', '.join(str(file) for file in found.files)}")
+    say(f"\n{wrote(found.files)}")
     return 0
 
 

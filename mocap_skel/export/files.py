@@ -131,7 +131,7 @@ def stage_all(contents: Mapping[Path, str | bytes], folder: Path) -> dict[Path, 
         OutputError: one cannot be written.
     """
     parts: dict[Path, Path] = {}
-    with ours(None, OutputError), _without_name():
+    with ours(folder, OutputError), _without_name():
         own = Path(mkdtemp(dir=folder))
     for number, (path, content) in enumerate(contents.items()):
         parts[path] = own / str(number)
@@ -217,6 +217,9 @@ def staging(folder: Path, prefix: str = ".mocap-skel-") -> Iterator[Path]:
     finally:
         with interrupts_held():
             if stage is not None:
+                # Where no file can be opened any more, a folder without files still goes away.
+                with suppress(OSError):
+                    stage.rmdir()
                 rmtree(stage, ignore_errors=True)
             for place in made:
                 # What holds results stays.

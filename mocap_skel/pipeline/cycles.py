@@ -26,7 +26,7 @@ from mocap_skel.pipeline.limits import limited
 from mocap_skel.report.figures import check_figures, picture
 from mocap_skel.results.series import sideless
 from mocap_skel.skeleton_fit import SkeletonFit
-from mocap_skel.text import listed, nearest
+from mocap_skel.text import listed, nearest, visible
 
 USUAL = ("Hip", "Knee", "Ankle")
 """Joints of a call that names none."""
@@ -126,7 +126,7 @@ def add_up(paths: Sequence[Path], job: Job, wanted: Wanted) -> Added:
     if not shown:
         raise failed[0]
     if not cycles:
-        names = listed((path.name for path in paths), 4)
+        names = listed((visible(path.name) for path in paths), 4)
         reasons = listed(dict.fromkeys(one.why_none for one in shown), 4)
         raise FitError(f"{names}: no gait cycle of {listed(wanted.joints)}: {reasons}")
     means = mean_cycles(cycles)
@@ -165,7 +165,7 @@ def _of_clip(path: Path, job: Job, wanted: Wanted, statics: Mapping[str, Skeleto
     about = [note for note in angles.notes if note.partition(":")[0] not in others]
     said = [*found.notes, *about, *events.notes]
     own = strides(events.of_feet, said)
-    cycles = tuple(cycles_of(angles, own, wanted.joints, path.name, fit.subject))
+    cycles = tuple(cycles_of(angles, own, wanted.joints, visible(path.name), fit.subject))
     if cycles:
         return _Shown(cycles, tuple(said), "")
     if not events.of_feet:

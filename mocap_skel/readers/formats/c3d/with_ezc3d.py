@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +34,8 @@ def read(path: Path, found: Survey | None = None) -> Contents:
     import ezc3d
 
     found = found or survey(path)
-    with ours(None, ClipError, _REFUSALS):
-        content = ezc3d.c3d(str(path))
+    with ours(None, ClipError, _REFUSALS), _named(path) as name:
+        content = ezc3d.c3d(name)
     groups = {name: _group(content["parameters"].get(name, {})) for name in ("POINT", "TRIAL")}
     points = content["data"]["points"][:3].transpose(2, 1, 0)
     # It may take the padding of the last block for frames, and leave out frames of missing points.
@@ -46,6 +48,19 @@ def read(path: Path, found: Survey | None = None) -> Contents:
         length=max(there, _length(found, there)),
         parameters=groups,
     )
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[str]:
+    """A name of the file that ezc3d takes: it has to be UTF-8."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        with path.open("rb") as file:
+            other = Path(f"/proc/self/fd/{file.fileno()}")
+            yield str(other if other.exists() else path)
+    else:
+        yield str(path)
 
 
 def _length(found: Survey, there: int) -> int:
