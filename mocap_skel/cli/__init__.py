@@ -42,6 +42,8 @@ NOTHING_FITTED = 3
 USAGE = 2
 INTERRUPTED = 130
 FAILED = 1
+# Characters of a message. Picked by eye.
+_LONGEST = 2000
 
 _TOO_MANY = os.strerror(errno.EMFILE)
 
@@ -247,4 +249,6 @@ def bug(error: Exception, debug: bool) -> MocapSkelError:
 def complain(error: MocapSkelError) -> None:
     """Print an error as one line, with what to do about it."""
     hint = f" ({error.hint})" if error.hint else ""
-    warn(f"error: {error.message}{hint}")
+    # A file may have a name of megabytes in it.
+    said = error.message if len(error.message) <= _LONGEST else f"{error.message[:_LONGEST]} ..."
+    warn(f"error: {said}{hint:.{_LONGEST}}")

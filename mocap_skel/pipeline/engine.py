@@ -19,6 +19,7 @@ from mocap_skel.pipeline.job import Job
 from mocap_skel.pipeline.limits import memory_for, size_of
 from mocap_skel.pipeline.telling import Manner, told
 from mocap_skel.results.tables import joint_rows
+from mocap_skel.text import check_file
 
 # What one clip in a child may take; a long clip honestly needs more than a short one.
 SECONDS, SECONDS_PER_BYTE = 30.0, 2e-6
@@ -199,5 +200,6 @@ def digest_of(path: Path) -> str:
     Raises:
         ClipError: it cannot be read.
     """
+    check_file(path, ClipError)
     with ours(path, ClipError), path.open("rb") as file:
         return file_digest(file, "sha256").hexdigest()

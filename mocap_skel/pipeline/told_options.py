@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, fields, replace
-from hashlib import sha256
+from hashlib import file_digest, sha256
 from pathlib import Path
 from typing import Any
 
+from mocap_skel.errors import ClipError, ours
 from mocap_skel.pipeline.job import Job
+from mocap_skel.text import check_file
 from mocap_skel.version import __version__
 
 # Fields of a job that do not change what is in the result files.
@@ -42,7 +44,7 @@ def options_of(job: Job) -> dict[str, Any]:
         told["calibration_sha256"] = sha256(_calibration_text(job)).hexdigest()
     if job.static is not None:
         told["static"] = job.static.name
-        told["static_sha256"] = sha256(job.static.read_bytes()).hexdigest()
+        told["static_sha256"] = _digest(job.static)
     for one in fields(job):
         value = getattr(job, one.name)
         default = one.default if one.default_factory is MISSING else one.default_factory()
@@ -78,6 +80,12 @@ def _calibration_text(job: Job) -> bytes:
 
     assert job.calibration is not None
     return calibration_json(job.calibration, ()).encode()
+
+
+def _digest(path: Path) -> str:
+    check_file(path, ClipError)
+    with ours(path, ClipError), path.open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()
 
 
 def _hash(thing: object) -> str:
