@@ -26,7 +26,7 @@ test: lint types $(STAMP) ## Lint, types and all tests
 
 N ?= 10000
 fuzz: $(STAMP) ## Try N damaged files (make fuzz N=10000), seeds from FIRST on
-	MOCAP_SKEL_FUZZ=$(N) MOCAP_SKEL_FUZZ_FIRST=$(or $(FIRST),0) $(BIN)/python -m pytest -q tests/readers/test_fuzz.py
+	MOCAP_SKEL_FUZZ=$(N) MOCAP_SKEL_FUZZ_FIRST=$(or $(FIRST),0) $(BIN)/python -m pytest -q tests/readers/test_fuzz.py tests/labels/test_fuzz_files.py
 
 kills: $(STAMP) ## Kill a batch at N random moments (make kills N=50), and let it go on from there
 	MOCAP_SKEL_KILLS=$(or $(filter-out 10000,$(N)),50) $(BIN)/python -m pytest -q tests/cli/test_batch_faults.py -k random_moments

@@ -257,6 +257,13 @@ class _Door:
             self.keys(one, {*_MOMENTS, *_EVIDENCE}, f"{where}.markers.{name}")
             for key in ("count", "fourth", "effective", "smooth"):
                 self.not_negative(one[key], f"{where}.markers.{name}.{key}")
+            if one["smooth"] > 1 + _ROUNDED:
+                raise self.wrong(
+                    f"{where}.markers.{name}.smooth", "is a share: it must be 1 at most"
+                )
+            if one["effective"] > (1 + _ROUNDED) * one["count"]:
+                what = f"must not be more than its {one['count']:g} samples"
+                raise self.wrong(f"{where}.markers.{name}.effective", what)
         if not markers:
             raise self.wrong(f"{where}.markers", "is empty")
 
