@@ -42,7 +42,7 @@ soak: $(STAMP) ## N generated clips through batch, some damaged (make soak N=260
 	  --editable '.[dev]'
 	@touch $@
 
-test-lowest: .venv-lowest/installed $(STAMP) ## All tests with the lowest versions of all libraries; the same files, byte for byte
+test-lowest: .venv-lowest/installed $(STAMP) ## All tests with the lowest versions of all libraries, and the same files byte for byte
 	.venv-lowest/bin/python -m pytest -q -n auto --dist loadfile
 	$(BIN)/python tests/versions.py $(BIN)/python .venv-lowest/bin/python
 

@@ -11,6 +11,8 @@ from pathlib import Path
 PROJECT = Path(__file__).parent.parent / "pyproject.toml"
 # Extras of the package; `dev` and `studies` are made of them and of tools.
 EXTRAS = ("plot", "mle", "parquet", "gltf", "cluster")
+# Tests take warnings for errors, and pyparsing 3.3 warns of what matplotlib did until then.
+BESIDE = ("pyparsing<3.3",)
 _REQUIREMENT = re.compile(r"([\w-]+)>=([\d.]+)")
 
 
@@ -28,4 +30,5 @@ def lowest(project: Path = PROJECT) -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    sys.stdout.writelines(f"{name}=={version}\n" for name, version in lowest().items())
+    constraints = [*(f"{name}=={version}" for name, version in lowest().items()), *BESIDE]
+    sys.stdout.writelines(f"{constraint}\n" for constraint in constraints)
