@@ -7,7 +7,7 @@ from typing import Unpack
 
 import click
 
-from mocap_skel.cli import options, say
+from mocap_skel.cli import options, say, warn
 from mocap_skel.cli.jobs import Looked, looked_at
 
 
@@ -31,6 +31,7 @@ def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpa
     """
     from mocap_skel.export.files import check_free, write_all
     from mocap_skel.pipeline.page_start import page_start
+    from mocap_skel.pipeline.telling import wrote
     from mocap_skel.report.assoc_page import assoc_page
     from mocap_skel.text import counted
 
@@ -38,10 +39,10 @@ def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpa
     check_free([output], overwrite, inputs)
     read, start = page_start(*looked_at(clip, told), told["skeleton"])
     write_all({output: assoc_page(read, start)}, overwrite, inputs)
-    say(f"wrote {output}")
+    say(wrote([output]))
     if not quiet:
-        click.echo(f"mocap-skel: {clip}: {start.said}", err=True)
+        warn(f"{clip}: {start.said}")
         if start.doubts:
             doubts = counted(len(start.doubts), "doubt")
-            click.echo(f"mocap-skel: {clip}: {doubts}, listed on the page", err=True)
+            warn(f"{clip}: {doubts}, listed on the page")
     return 0

@@ -8,7 +8,7 @@ from typing import Unpack
 
 import click
 
-from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, options, say
+from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, options, say, warn
 from mocap_skel.cli.jobs import Told, job_of
 from mocap_skel.errors import CallError, MocapSkelError
 
@@ -81,18 +81,19 @@ def command(
     for failure in failed:
         complain(failure)
     for note in [] if quiet else done.notes:
-        click.echo(f"mocap-skel: {note}", err=True)
+        warn(note)
     if not done.means:
         return USAGE if all(isinstance(e, CallError) for e in failed) else NOTHING_FITTED
     if failed:
-        click.echo(f"mocap-skel: {len(failed)} of {len(clips)} clips failed", err=True)
+        warn(f"{len(failed)} of {len(clips)} clips failed")
     if as_json:
         for row in mean_rows(done.means):
             plain = {key: None if value != value else value for key, value in row.items()}
             say(json.dumps(plain, allow_nan=False))
     else:
+        from mocap_skel.pipeline.telling import wrote
         from mocap_skel.report.terminal import rows_table
 
         say(rows_table(stride_rows(done.means)))
-        say(f"wrote {', '.join(str(file) for file in done.files)}")
+        say(wrote(done.files))
     return FAILED if failed else 0

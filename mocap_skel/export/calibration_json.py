@@ -23,8 +23,15 @@ from mocap_skel.joints.evidence import Evidence
 from mocap_skel.joints.two_sided import SharedPoint
 from mocap_skel.segments.pose import Array
 from mocap_skel.spherefit import Moments
+from mocap_skel.text import check_values, read_text, unreadable
 
 FORMAT = "mocap-skel calibration 1"
+LARGEST = 1 << 29
+"""Bytes of a file that is read: one clip with all markers of a body has about 60,000. Picked by eye."""
+# What is larger than any sum over a clip of numbers of metres, and still far from what a computer can hold.
+_BEYOND = 1e30
+# Of its largest entry: what rounding leaves of the symmetry of a matrix, and of an eigenvalue that is 0.
+_ROUNDED = 1e-9
 _MOMENTS: dict[str, tuple[int, ...]] = {
     "count": (), "mean": (3,), "covariance": (3, 3), "third": (3,), "fourth": (),
 }  # fmt: skip
@@ -123,8 +130,10 @@ def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibratio
         CallError: there is no such file, it is no calibration, of another figure, or something in it is
             wrong; the message says where.
     """
+    text = read_text(path, CallError, LARGEST)
     with ours(path, CallError, dict.fromkeys((ValueError, RecursionError), _no_calibration)):
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(text)
+    check_values(content, path, CallError)
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         found = content.get("format") if isinstance(content, dict) else None
         raise CallError(
@@ -151,7 +160,7 @@ def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibratio
 
 
 def _no_calibration(error: Exception) -> tuple[str, str]:
-    return f"is no calibration: {error}", "mocap-skel calibrate writes one"
+    return f"is no calibration: {unreadable(error)}", "mocap-skel calibrate writes one"
 
 
 def check_figure(path: Path, calibration: Calibration, skeleton: Skeleton) -> None:
@@ -209,10 +218,20 @@ class _Door:
     def numbers(self, value: Any, shape: tuple[int, ...], where: str) -> Array:
         try:
             found = np.array(value, dtype=np.float64)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             found = np.empty(0)
-        if found.shape != shape or not np.isfinite(found).all():
+        if found.shape != shape or not (np.abs(found) < _BEYOND).all():
             raise self.wrong(where, f"must be numbers of shape {shape}, got {value!r:.40}")
+        return found
+
+    def spread(self, value: Any, where: str) -> Array:
+        """A variance in all directions: symmetric, and none of its eigenvalues negative."""
+        found = self.numbers(value, (3, 3), where)
+        rounded = _ROUNDED * np.abs(found).max()
+        if np.abs(found - found.T).max() > rounded:
+            raise self.wrong(where, "must be symmetric")
+        if np.linalg.eigvalsh(found)[0] < -rounded:
+            raise self.wrong(where, "must have no negative eigenvalue: it is a variance")
         return found
 
     def not_negative(self, value: Any, where: str) -> float:
@@ -278,16 +297,21 @@ class _Door:
             self.keys(one, {*_MOMENTS, *_EVIDENCE}, f"{where}.markers.{name}")
             for key in ("count", "fourth", "effective", "smooth"):
                 self.not_negative(one[key], f"{where}.markers.{name}.{key}")
+            if one["smooth"] > 1 + _ROUNDED:
+                raise self.wrong(
+                    f"{where}.markers.{name}.smooth", "is a share: it must be 1 at most"
+                )
+            if one["effective"] > (1 + _ROUNDED) * one["count"]:
+                what = f"must not be more than its {one['count']:g} samples"
+                raise self.wrong(f"{where}.markers.{name}.effective", what)
         if not markers:
             raise self.wrong(f"{where}.markers", "is empty")
 
         def all_of(key: str, shape: tuple[int, ...]) -> Array:
-            return np.array(
-                [
-                    self.numbers(one[key], shape, f"{where}.markers.{name}.{key}")
-                    for name, one in markers.items()
-                ]
-            )
+            places = ((one[key], f"{where}.markers.{name}.{key}") for name, one in markers.items())
+            if shape == (3, 3):
+                return np.array([self.spread(*at) for at in places])
+            return np.array([self.numbers(value, shape, at) for value, at in places])
 
         moments = Moments(**{key: all_of(key, shape) for key, shape in _MOMENTS.items()})
         parts = {key: all_of(key, shape) for key, shape in _EVIDENCE.items()}
@@ -310,6 +334,6 @@ class _Door:
         self.keys(entry, {"centre", "turns", "residual"}, where)
         return SharedPoint(
             self.numbers(entry["centre"], (3,), f"{where}.centre"),
-            self.numbers(entry["turns"], (3, 3), f"{where}.turns"),
+            self.spread(entry["turns"], f"{where}.turns"),
             self.not_negative(entry["residual"], f"{where}.residual"),
         )

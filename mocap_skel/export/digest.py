@@ -6,6 +6,7 @@ from hashlib import file_digest
 from pathlib import Path
 
 from mocap_skel.errors import ClipError, ours
+from mocap_skel.text import check_file
 
 
 def digest_of(path: Path) -> str:
@@ -14,5 +15,6 @@ def digest_of(path: Path) -> str:
     Raises:
         ClipError: it cannot be read.
     """
+    check_file(path, ClipError)
     with ours(path, ClipError), path.open("rb") as file:
         return file_digest(file, "sha256").hexdigest()

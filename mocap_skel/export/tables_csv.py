@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from mocap_skel.results.angle_tables import angle_columns
 from mocap_skel.results.tables import JOINT_COLUMNS, joint_rows, track_columns
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
+from mocap_skel.text import visible
 
 
 def skeleton_csv(fit: SkeletonFit) -> str:
@@ -56,8 +58,33 @@ def _exact(value: object) -> object:
 
 def _csv(rows: Iterable[Iterable[object]]) -> str:
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
+    csv.writer(text, lineterminator="\n").writerows(
+        [_harmless(cell) for cell in row] for row in rows
+    )
     return text.getvalue()
+
+
+def _harmless(cell: object) -> object:
+    r"""A cell that no spreadsheet takes for a formula, and no terminal for a command: names come out of files.
+
+    >>> _harmless("=1+1"), _harmless("-1.5"), _harmless("-"), _harmless("Left\x1b[2J")
+    ("'=1+1", '-1.5', '-', 'Left\\x1b[2J')
+    """
+    if not isinstance(cell, str):
+        return cell
+    formula = cell[:1] in _FORMULA and len(cell) > 1 and not _numbers(cell)
+    return visible(f"'{cell}" if formula else cell)
+
+
+# What a cell begins with that spreadsheets calculate (OWASP, "CSV Injection").
+_FORMULA = ("=", "+", "-", "@")
+
+
+def _numbers(cell: str) -> bool:
+    try:
+        return all(math.isfinite(float(word)) for word in cell.split())
+    except ValueError:
+        return False
 
 
 def _cell(value: object) -> object:

@@ -14,7 +14,7 @@ from mocap_skel.clip import Clip
 from mocap_skel.errors import AssociationError, CallError, ClipError, SkeletonError, ours
 from mocap_skel.figure.skeleton import STANDARD, Skeleton, read_skeleton
 from mocap_skel.labels.landmarks import exchanged, own_names, segment_of_landmark, told_by_place
-from mocap_skel.text import counted, listed, nearest, read_text
+from mocap_skel.text import counted, listed, nearest, printable, read_text
 
 _PACKAGE = Path(__file__).parents[1]
 # Inside the wheel the folder lies in the package, in a checkout beside it.
@@ -237,8 +237,8 @@ _WORD = re.compile(r'\s*(?:"([^"]*)"(?=\s|#|$)|([^\s"#]+(?=\s|#|$))|(#.*)|(\S))'
 
 def _words(line: str, where: str) -> Iterator[tuple[str, int]]:
     """Split a line into words, each with its column from 1; a comment ends the line."""
-    at = 0
-    while at < len(line.rstrip()):
+    at, end = 0, len(line.rstrip())
+    while at < end:
         found = _WORD.match(line, at)
         assert found is not None, "the last alternative takes any character"
         quoted, plain, comment, wrong = found.groups()
@@ -250,7 +250,8 @@ def _words(line: str, where: str) -> Iterator[tuple[str, int]]:
             raise AssociationError(
                 f"{where}:{column}: stray or unclosed quote", 'a label with spaces or # is "quoted"'
             )
-        word = plain if quoted is None else quoted.strip()
+        # As the readers have labels: what cannot be printed is the same here and there.
+        word = printable(plain if quoted is None else quoted.strip())
         if not word:
             raise AssociationError(f"{where}:{column}: an empty name")
         yield word, column

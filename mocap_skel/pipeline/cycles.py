@@ -28,7 +28,7 @@ from mocap_skel.pipeline.limits import limited, memory_for
 from mocap_skel.report.figures import check_figures, picture
 from mocap_skel.results.series import sideless
 from mocap_skel.skeleton_fit import SkeletonFit
-from mocap_skel.text import listed, nearest
+from mocap_skel.text import listed, nearest, visible
 
 USUAL = ("Hip", "Knee", "Ankle")
 """Joints of a call that names none."""
@@ -124,7 +124,7 @@ def add_up(paths: Sequence[Path], job: Job, wanted: Wanted) -> Added:
     cycles = [cycle for one in shown for cycle in one.cycles]
     if not cycles:
         if shown:
-            names = listed((one.path.name for one in shown), 4)
+            names = listed((visible(one.path.name) for one in shown), 4)
             reasons = listed(dict.fromkeys(one.why_none for one in shown), 4)
             none = f"{names}: no gait cycle of {listed(wanted.joints)}: {reasons}"
             failed.append(FitError(none))
@@ -192,7 +192,7 @@ def _of_clip(path: Path, job: Job, wanted: Wanted, statics: Mapping[str, Skeleto
     about = [note for note in angles.notes if note.partition(":")[0] not in others]
     said = [*found.notes, *about, *events.notes]
     own = strides(events.of_feet, said)
-    cycles = tuple(cycles_of(angles, own, wanted.joints, path.name, fit.subject))
+    cycles = tuple(cycles_of(angles, own, wanted.joints, visible(path.name), fit.subject))
     if cycles:
         return _Shown(path, cycles, tuple(said), "")
     if not events.of_feet:

@@ -9,6 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from mocap_skel.export.digest import digest_of
 from mocap_skel.export.registry import told_of
 from mocap_skel.pipeline.job import Job
 from mocap_skel.version import __version__
@@ -43,7 +44,7 @@ def options_of(job: Job) -> dict[str, Any]:
         told["calibration_sha256"] = sha256(_calibration_text(job)).hexdigest()
     if job.static is not None:
         told["static"] = job.static.name
-        told["static_sha256"] = sha256(job.static.read_bytes()).hexdigest()
+        told["static_sha256"] = digest_of(job.static)
     for one in fields(job):
         value = getattr(job, one.name)
         default = one.default if one.default_factory is MISSING else one.default_factory()

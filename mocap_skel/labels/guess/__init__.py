@@ -368,7 +368,8 @@ def _without_nameless(lines: list[Line]) -> list[Line]:
     denied = {x.label for x in lines if x.contradicted or x.confidence == UNSURE}
     aside = nameless(open_ | denied, sum(line.used for line in lines))
     return [
-        replace(x, aside=True, contradicted=False, lost=False) if x.label in aside else x for x in lines
+        replace(x, aside=True, contradicted=False, lost=False) if x.label in aside else x
+        for x in lines
     ]
 
 
