@@ -104,6 +104,15 @@ def test_a_static_clip_with_another_axis_up_gives_the_same_zero():
             np.testing.assert_allclose(other[joint.rule.name].degrees, joint.degrees, atol=1e-6)
 
 
+def test_a_static_clip_in_which_somebody_moves_is_told():
+    """Such as the functional trial, given in place of the standing one."""
+    fit = fit_sample("range_of_motion")
+    said = [note for note in joint_angles(fit, fit).notes if "does not stand still" in note]
+    assert len(said) == 1 and "Waist, Neck, RightShoulder" in said[0]
+    still = joint_angles(fit, fit_sample("nearly_still")).notes
+    assert not [note for note in still if "does not stand still" in note]
+
+
 def test_a_figure_without_angles_is_told_so():
     fit = fit_sample("nearly_still")
     palm = {"Palm": fit.segments["Head"]}
