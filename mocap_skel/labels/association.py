@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -389,7 +389,7 @@ def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
         elif not label.startswith(others):
             absent.append(rule)
     rest = [label for label in own if label not in used]
-    dropped = [s for s in rest if any(fnmatchcase(s, p) for p in association.ignored)]
+    dropped = set(_ignored(rest, association.ignored))
     landmarks = own_names(at, clip.labels)
     landmarks |= told_by_place(clip.points, at, clip.labels)
     columns, by_place = _by_place(clip, at, landmarks)
@@ -402,10 +402,25 @@ def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
         },
         tuple(absent),
         tuple(label for label in rest if label not in dropped),
-        tuple(dropped),
+        tuple(label for label in rest if label in dropped),
         landmarks,
         by_place,
     )
+
+
+# A sign of a pattern that stands for itself.
+_ESCAPED = re.compile(r"\[([*?\[])\]")
+
+
+def _ignored(labels: Sequence[str], patterns: Iterable[str]) -> Iterator[str]:
+    """The labels that a pattern matches; patterns that are plain labels, as a guess has by the thousand, are looked up."""
+    plain, others = set(), []
+    for pattern in patterns:
+        if any(c in "*?[" for c in _ESCAPED.sub("", pattern)):
+            others.append(pattern)
+        else:
+            plain.add(_ESCAPED.sub(r"\1", pattern))
+    return (s for s in labels if s in plain or any(fnmatchcase(s, p) for p in others))
 
 
 def _by_place(

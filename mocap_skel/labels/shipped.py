@@ -12,7 +12,7 @@ from mocap_skel.clip import Clip
 from mocap_skel.labels.association import SHIPPED, Association, Rule, read_association
 from mocap_skel.labels.guess.motion import Verdict, weigh
 from mocap_skel.labels.guess.names import HIGH, NameGuess
-from mocap_skel.labels.guess.rigid import distances
+from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
 
 # Markers that a root's pose needs.
 LEAST_ON_ROOT = 3
@@ -90,7 +90,7 @@ def best_match(clip: Clip, subject: str | None = None) -> Match | None:
 
 
 def judged(clip: Clip, association: Association, subject: str | None = None) -> list[Verdict]:
-    """What the movement says of the markers of an association, for each subject or for one."""
+    """What the movement says of the markers of an association, of the `MOST` of a subject that are seen longest."""
     rule_of = {rule.label: rule for rule in association.rules}
     found: list[Verdict] = []
     for name in clip.subject_names:
@@ -99,6 +99,8 @@ def judged(clip: Clip, association: Association, subject: str | None = None) -> 
             for i, whose in enumerate(clip.subjects)
             if whose == name and subject in (None, name) and clip.labels[i] in rule_of
         ]
+        if len(own) > MOST:
+            own = [own[k] for k in most_seen(clip.points[:, own], np.zeros(len(own), dtype=bool))]
         if own:
             rules = [rule_of[clip.labels[i]] for i in own]
             guesses = [NameGuess(r.label, r.segment, r.marker, HIGH, "") for r in rules]

@@ -274,17 +274,29 @@ def check_sure(guess: Guess, how: Sequence[str] = (), *, strict: bool = True) ->
     elif len(on_root) < LEAST_ON_ROOT:
         found = f"only {listed(x.label for x in on_root)}" if on_root else "none"
         trouble = f"{root} needs three markers, and {found} could be placed there"
+        if on_root:
+            trouble += _one_more(guess.skeleton.root.markers, on_root)
         counts = Counter(line.segment for line in placed)
-        if not on_root and (part := begun(counts, guess.skeleton)) is not None:
+        part = begun(counts, guess.skeleton)
+        if part is not None and part.root.name != root:
             first = part.root.name
-            there = listed(x.label for x in placed if x.segment == first)
-            trouble += f"; {part.name} starts at {first}, where only {there} could be placed"
+            there = [x for x in placed if x.segment == first]
+            trouble += f"; {part.name} starts at {first}, where only "
+            trouble += f"{listed(x.label for x in there)} could be placed"
+            trouble += _one_more(part.root.markers, there)
     elif 2 * len(placed) < guess.may_be:
         trouble = f"only {len(placed)} of {counted(guess.may_be, 'label')} could be placed"
     if trouble:
         raise CallError(
             f"{guess.clip}: which label is which marker? The guess is not sure: {trouble}", hint
         )
+
+
+def _one_more(markers: Sequence[str], there: Sequence[Line]) -> str:
+    """What a root lacks that has a marker or two of three, in words."""
+    lacks = {1: "two more", 2: "one more"}[len(there)]
+    others = [name for name in markers if name not in {line.marker for line in there}]
+    return f" ({lacks} of it would do, such as {listed(others, 4)})"
 
 
 def doubts(guess: Guess) -> str:

@@ -254,12 +254,7 @@ class _Labels:
                 elif not at_end and code.startswith(letter):
                     yield side, code[1:], False
             return
-        for word, side in self.table.sides.items():
-            if code.startswith(word.upper()) and len(code) > len(word):
-                yield side, code[len(word) :], False
-        for word, side in self.table.sides.items():
-            if code.endswith(word.upper()) and len(code) > len(word) + 1:
-                yield side, code[: -len(word)], len(word) == 1
+        yield from _sided(code)
 
     def _by_code(self, label: str) -> NameGuess | None:
         whole = _code(label)
@@ -436,6 +431,19 @@ class _Labels:
         segment, _ = self.letters[found[2]].named(found[1])
         others = "/".join(sorted(self.letters))
         return NameGuess(label, segment, "", LIKELY, f"cluster {found[2]} of a set with {others}")
+
+
+@lru_cache(4096)
+def _sided(code: str) -> tuple[tuple[str, str, bool], ...]:
+    """(side, rest, whether the mirrored label must exist) of a code that starts or ends with a word for a side."""
+    sides = [(word.upper(), side) for word, side in dialects().sides.items()]
+    first = [(s, code[len(w) :], False) for w, s in sides if code.startswith(w) and code != w]
+    last = [
+        (s, code[: -len(w)], len(w) == 1)
+        for w, s in sides
+        if code.endswith(w) and len(code) > len(w) + 1
+    ]
+    return (*first, *last)
 
 
 @lru_cache(4096)
