@@ -189,7 +189,7 @@ def _put_new(part: Path, path: Path) -> None:
             os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
             try:
                 part.replace(path)
-            except OSError:
+            except BaseException:
                 path.unlink()
                 raise
         else:

@@ -11,6 +11,7 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
@@ -134,6 +135,9 @@ class Worker:
         # A process that is forked while BLAS has threads may hang.
         context = multiprocessing.get_context("spawn")
         try:
+            with interrupts_held():
+                # Its start lets signals through again, which the child's start must not.
+                resource_tracker.ensure_running()
             with interrupts_held():
                 self._pipe, theirs = context.Pipe()
                 with closing(theirs):

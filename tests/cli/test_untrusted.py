@@ -300,17 +300,17 @@ class TestManifests:
         line = one_line(call("batch", "walk.c3d", "-a", "cmu", "-o", "out", cwd=here))
         assert "out/manifest.jsonl:1: no line of a batch" in line
 
-    @pytest.mark.parametrize("new", ["../victim", "/victim", 5, None])
-    def test_what_a_killed_batch_left_takes_nothing_away_elsewhere(self, here, new):
-        stage = here / "out" / ".batch-x"
-        stage.mkdir(parents=True)
+    def test_what_a_killed_batch_left_takes_nothing_away_elsewhere(self, here):
         (here / "victim").write_text("mine")
-        target = str(here / "victim") if new == "/victim" else new
-        entry = {"line": LINE, "new": [target], "parts": {target: "gone"}}
-        (stage / "moving.json").write_text(json.dumps(entry))
+        for i, name in enumerate(["../victim", str(here / "victim"), 5, None]):
+            stage = here / "out" / f".batch-{i}"
+            stage.mkdir(parents=True)
+            entry = {"line": LINE, "new": [name], "parts": {name: "gone"}}
+            (stage / "moving.json").write_text(json.dumps(entry))
         done = call("batch", "walk.c3d", "-a", "cmu", "-o", "out", "-q", "-j", "1", cwd=here)
         assert done.returncode == 0, done.stderr
-        assert (here / "victim").read_text() == "mine" and not stage.exists()
+        assert (here / "victim").read_text() == "mine"
+        assert not list((here / "out").glob(".*"))
 
 
 @pytest.fixture(scope="module")
