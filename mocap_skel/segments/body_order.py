@@ -236,7 +236,7 @@ def sides(tracks: Tracks, firm: Edges = MappingProxyType({})) -> list[Exchange]:
                 part,
             )
         )
-    return found or _turned_head(tracks)
+    return found
 
 
 def _contradicting(tracks: Tracks, edges: Edges) -> list[frozenset[str]]:
@@ -292,8 +292,13 @@ def _part(
     return f"some markers of {smallest}", cluster
 
 
-def _turned_head(tracks: Tracks) -> list[Exchange]:
-    """The head, which turns too far for nearness: where its axes are left-handed, and all others right-handed."""
+def turned_head(tracks: Tracks) -> list[Exchange]:
+    """The head, which turns too far for nearness: where its axes are left-handed, and all others right-handed.
+
+    Args:
+        tracks: standard name → (frames, 3), metres, with all other exchanges put right: one wrong marker turns the
+            axes over, too.
+    """
     hands = _hands(tracks)
     head = hands.pop("head", 0.0)
     others = [hand for hand in hands.values() if hand]

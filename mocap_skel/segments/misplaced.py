@@ -8,7 +8,14 @@ from dataclasses import dataclass
 from mocap_skel.clip import Clip
 from mocap_skel.errors import LabelError
 from mocap_skel.figure.skeleton import Skeleton
-from mocap_skel.segments.body_order import Exchange, disorder, exchanged, mirrored, sides
+from mocap_skel.segments.body_order import (
+    Exchange,
+    disorder,
+    exchanged,
+    mirrored,
+    sides,
+    turned_head,
+)
 from mocap_skel.segments.pose import Array
 from mocap_skel.segments.rigidity import Rigidity
 from mocap_skel.text import listed
@@ -178,6 +185,7 @@ def judged(figure: Rigidity) -> Judged:
             put(names[m], names[n])
             sentences.append(_moves(figure, m, n, before))
     put_right(exchanged(tracks))
+    put_right(turned_head(tracks))
     moved = figure.move(partner)
     certain = {
         m
