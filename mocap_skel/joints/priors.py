@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from mocap_skel.figure.prior_tables import Prior, Shift
 from mocap_skel.figure.skeleton import Skeleton
-from mocap_skel.joints.hinge import Turning, axis_inward
+from mocap_skel.joints.hinge import Turning, hinge_shift, inward
 from mocap_skel.segments.pose import Array
 from mocap_skel.spherefit import Moments
 
@@ -35,12 +36,24 @@ class Expected:
         covariance: (3, 3), m².
         landmarks: the markers that it rests on.
         source: the publication that the prior comes from, as the skeleton file names it.
+        axis: (3,), the direction from one side of a joint that bends to the other, about which it does so; None for
+            any other joint.
     """
 
     mean: Array
     covariance: Array
     landmarks: tuple[str, ...]
     source: str
+    axis: Array | None = None
+
+
+class _Place(NamedTuple):
+    """Where a prior has a joint: the place (3,), its markers, what an axis adds to its covariance, and that axis."""
+
+    mean: Array
+    used: tuple[str, ...]
+    unsure: Array
+    axis: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,19 +136,18 @@ def expected_joint(
     for prior in priors:
         found = _mean(prior, landmarks, around) if prior.mean else _between(prior, around)
         if found is not None:
-            mean, used, unsure = found
             sd = prior.sd * around.size
-            return Expected(mean, sd**2 * np.eye(3) + unsure, used, prior.source)
+            axis = found.axis if hinge_shift(priors) is not None else None
+            return Expected(
+                found.mean, sd**2 * np.eye(3) + found.unsure, found.used, prior.source, axis
+            )
     return None
 
 
 def _mean(
     prior: Prior, landmarks: Mapping[str, Sequence[Sequence[str]]], around: Surroundings
-) -> tuple[Array, tuple[str, ...], Array] | None:
-    """The place (3,) that a prior says, the markers that it rests on, and what its axis adds to its covariance.
-
-    None if a landmark is missing.
-    """
+) -> _Place | None:
+    """The place that a prior says; None if a landmark is missing."""
     used: dict[str, None] = {}
 
     def place(name: str) -> Array | None:
@@ -148,23 +160,31 @@ def _mean(
     points = [place(name) for name in prior.mean]
     if not points or any(p is None for p in points):
         return None
-    mean = np.mean([p for p in points if p is not None], axis=0)
+    there = [p for p in points if p is not None]
+    mean = np.mean(there, axis=0)
+    axis = there[1] - there[0] if len(there) == 2 else None
     total, unsure = np.zeros(3), np.zeros((3, 3))
     for shift in prior.shifts:
         if shift.hinge:
-            inward = _hinge_step(shift, prior.sd, mean, place, around)
-            if inward is None:
+            step = _hinge_step(shift, prior.sd, mean, place, around)
+            if step is None:
                 return None
-            total, unsure = total + inward[0], unsure + inward[1]
+            total, unsure, axis = total + step[0], unsure + step[1], step[0]
             continue
         step = _landmark_step(shift, place, around)
         if step is None:
             return None
         total, unsure = total + step[0], unsure + step[1]
-    return mean + total, tuple(used), unsure
+    return _Place(mean + total, tuple(used), unsure, _unit(axis))
 
 
-def _between(prior: Prior, around: Surroundings) -> tuple[Array, tuple[str, ...], Array] | None:
+def _unit(axis: Array | None) -> Array | None:
+    """(3,): the same direction with the length 1; None without one."""
+    length = 0.0 if axis is None else float(np.linalg.norm(axis))
+    return None if axis is None or not length > 0 else axis / length
+
+
+def _between(prior: Prior, around: Surroundings) -> _Place | None:
     """As `_mean`, for a joint without a landmark. For a hinge: inward from the middles of the markers of both segments.
 
     As far as these markers lie on the outer side of the limb, and not in front of it or all around. None unless
@@ -185,12 +205,10 @@ def _between(prior: Prior, around: Surroundings) -> tuple[Array, tuple[str, ...]
     steps = 0.5 * (above.mean(axis=0) + there.mean(axis=0)) + sure * depth * np.mean(outer) * axis
     error = (ACROSS * around.size) ** 2 * (np.eye(3) - np.outer(axis, axis))
     error = error + (1.0 - sure**2) * depth**2 * np.outer(axis, axis)
-    return steps, tuple(around.places), error
+    return _Place(steps, tuple(around.places), error, axis)
 
 
-def _before_the_child(
-    shift: Shift, around: Surroundings
-) -> tuple[Array, tuple[str, ...], Array] | None:
+def _before_the_child(shift: Shift, around: Surroundings) -> _Place | None:
     """As `_mean`: from markers of the child back on the line to the parent's own joint."""
     lower = around.lower(shift.toward)
     if lower is None or around.upper is None:
@@ -201,7 +219,7 @@ def _before_the_child(
     # A joint beyond the parent's own is none.
     if not length > depth:
         return None
-    return lower.mean + depth / length * back, shift.toward, np.zeros((3, 3))
+    return _Place(lower.mean + depth / length * back, shift.toward, np.zeros((3, 3)))
 
 
 def _on_the_outer_side(places: Array, along: Array) -> float:
@@ -273,7 +291,7 @@ def _hinge_step(
     if upper is None and not shown:
         return None
     above = None if upper is None else marker - upper
-    direction, error = axis_inward(
+    direction, error = inward(
         above, lower.mean - marker, shift, around.size, lower.covariance, aside, turn, straight
     )
     # Inward is square to the bone but for the joint's depth; where marker, joints and bones are all in line,

@@ -189,5 +189,5 @@ def _hinge_below(segment: Segment, joint: Array, prepared: Prepared, task: Task)
         known = [end for end in ends if end is not None]
         if len(known) == len(ends):
             below = np.mean(known, axis=0) - marker
-            return inward(marker - joint, below, found[1], task.size)
+            return inward(marker - joint, below, found[1], task.size).direction
     return None
