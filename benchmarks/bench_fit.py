@@ -94,8 +94,8 @@ def many() -> None:
                 call("fit", clip, "--assoc", "cmu", "-o", folder / "out")
             shutil.rmtree(folder / "out")
 
-        one, two, tenth = alternate(lambda: batch(1), lambda: batch(2), loop, rounds=3)
-    print(f"{CLIPS} clips of 300 frames, best of 3")
+        one, two, tenth = alternate(lambda: batch(1), lambda: batch(2), loop, rounds=2)
+    print(f"{CLIPS} clips of 300 frames, best of 2")
     print(f"  batch --jobs 1                              {one:7.1f} s")
     print(f"  batch --jobs 2                              {two:7.1f} s")
     print(f"  a loop of calls (ten times {len(few)} clips)         {10 * tenth:7.1f} s")
