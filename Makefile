@@ -56,6 +56,7 @@ types: $(STAMP) ## mypy, strict
 bench: $(STAMP) ## Timings side by side, and accuracy against known truth
 	$(BIN)/python benchmarks/bench_spheres.py
 	$(BIN)/python benchmarks/bench_fit.py
+	$(BIN)/python benchmarks/bench_growth.py
 	$(BIN)/python benchmarks/bench_guess.py
 	$(BIN)/python benchmarks/accuracy.py
 	$(BIN)/python benchmarks/coverage.py

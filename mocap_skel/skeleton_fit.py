@@ -49,7 +49,9 @@ def segment_fit(found: Placed, skeleton: Skeleton, prepared: Prepared) -> Segmen
     if segment in skeleton.leaves and segment.parent is not None:
         chosen = [template[m] for m in segment.ends if m in template]
         end = np.mean(chosen or list(template.values()), axis=0)
-    names = prepared.markers(segment.name)
+    names, points = prepared.markers(segment.name), prepared.of(segment.name)
+    if names != tuple(template):
+        points = points[:, [names.index(m) for m in template]]
     return SegmentFit(
         name=segment.name,
         pose=found.pose,
@@ -58,7 +60,7 @@ def segment_fit(found: Placed, skeleton: Skeleton, prepared: Prepared) -> Segmen
         end=end,
         drawn_through=found.drawn_through,
         rigid=found.rigid,
-        points=prepared.of(segment.name)[:, [names.index(m) for m in template]],
+        points=points,
     )
 
 

@@ -109,15 +109,9 @@ def solved(model: Path, names: list[str], points: np.ndarray, rate: float) -> Pa
     folder.mkdir()
     (folder / "walk.osim").write_text(model.read_text())
     numbers = np.arange(1, len(points) + 1)
-    text = trc_text(
-        "walk.markers.trc",
-        names,
-        points.reshape(len(points), -1),
-        numbers,
-        (numbers - 1) / rate,
-        rate,
-    )
-    (folder / "walk.markers.trc").write_text(text)
+    tracks = [points.reshape(len(points), -1)]
+    text = trc_text("walk.markers.trc", names, tracks, numbers, (numbers - 1) / rate, rate)
+    (folder / "walk.markers.trc").write_text(str(text))
     call = [sys.executable, "-c", python_of("docs/opensim.md")]
     done = subprocess.run(call, cwd=folder, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -201,7 +201,10 @@ def _send(path: Path, done: Done) -> None:
     if len(done.fits) > 1:
         names = ", ".join(fit.subject for fit in done.fits)
         raise CallError(f"{path}: -o - takes one subject", f"choose with --subject: {names}")
+    from mocap_skel.export.files import Pieces
+
     content = next(iter(done.files.values()))
     if isinstance(content, bytes) and sys.stdout.isatty():
         raise CallError(f"{path}: this format is not for a terminal", "redirect it: -o - > file")
-    say(content, nl=False)
+    for piece in content.make() if isinstance(content, Pieces) else (content,):
+        say(piece, nl=False)

@@ -4,14 +4,36 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from shutil import rmtree
 from tempfile import TemporaryFile, mkdtemp, mkstemp
 
 from mocap_skel.errors import ExistsError, OutputError, ours
 from mocap_skel.export.interrupts import interrupts_held
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """A text that is made as it is written: the whole of it may be as large as the clip.
+
+    Attributes:
+        make: gives its pieces, each time anew.
+
+    >>> str(Pieces(lambda: (f"{n} " for n in range(3))))
+    '0 1 2 '
+    """
+
+    make: Callable[[], Iterable[str]]
+
+    def __str__(self) -> str:
+        return "".join(self.make())
+
+
+Content = str | bytes | Pieces
+"""What is in a file; texts are written as UTF-8."""
 
 
 def safe_name(name: str) -> str:
@@ -72,12 +94,12 @@ def check_folder(folder: Path) -> None:
 
 
 def write_all(
-    contents: Mapping[Path, str | bytes], overwrite: bool, inputs: Iterable[Path] = ()
+    contents: Mapping[Path, Content], overwrite: bool, inputs: Iterable[Path] = ()
 ) -> None:
     """Write files that belong together: each to a temporary file first, then all are put into their places.
 
     Args:
-        contents: file → what is in it, texts in UTF-8.
+        contents: file → what is in it.
         overwrite: whether existing files may be replaced.
         inputs: the files that the call reads, which never are.
 
@@ -97,7 +119,7 @@ def write_all(
                     number, name = mkstemp(dir=path.parent, prefix=".mocap-skel-", suffix=".part")
                     parts[path] = Path(name)
                     with os.fdopen(number, "wb") as file:
-                        file.write(_bytes(content))
+                        file.writelines(_parts(content))
                     # A temporary file is private; a result file gets what the user's umask allows.
                     parts[path].chmod(0o666 & ~_umask())
             put_all(parts, overwrite, inputs)
@@ -117,11 +139,11 @@ def _without_name() -> Iterator[None]:
         raise
 
 
-def stage_all(contents: Mapping[Path, str | bytes], folder: Path) -> dict[Path, Path]:
+def stage_all(contents: Mapping[Path, Content], folder: Path) -> dict[Path, Path]:
     """Write files that belong together into a folder of the same disk, where they wait for `put_all`.
 
     Args:
-        contents: file → what is in it, texts in UTF-8.
+        contents: file → what is in it.
         folder: made by `staging`; the files get a folder of their own in it.
 
     Returns:
@@ -135,8 +157,8 @@ def stage_all(contents: Mapping[Path, str | bytes], folder: Path) -> dict[Path, 
         own = Path(mkdtemp(dir=folder))
     for number, (path, content) in enumerate(contents.items()):
         parts[path] = own / str(number)
-        with ours(path, OutputError), _without_name():
-            parts[path].write_bytes(_bytes(content))
+        with ours(path, OutputError), _without_name(), parts[path].open("wb") as file:
+            file.writelines(_parts(content))
     return parts
 
 
@@ -227,9 +249,13 @@ def staging(folder: Path, prefix: str = ".mocap-skel-") -> Iterator[Path]:
                     place.rmdir()
 
 
-def _bytes(content: str | bytes) -> bytes:
+def _parts(content: Content) -> Iterator[bytes]:
+    if isinstance(content, bytes):
+        yield content
+        return
     # Names of files need not be text, and what is written is.
-    return content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
+    for piece in content.make() if isinstance(content, Pieces) else [content]:
+        yield piece.encode("utf-8", "backslashreplace")
 
 
 def _umask() -> int:

@@ -19,6 +19,7 @@ from mocap_skel.extras import extra
 
 if TYPE_CHECKING:
     from mocap_skel.clip import Clip
+    from mocap_skel.export.files import Content
     from mocap_skel.labels.association import Assignment
     from mocap_skel.rig.quality import Quality
     from mocap_skel.skeleton_fit import SkeletonFit
@@ -117,7 +118,7 @@ class Source:
 class Rendered:
     """A format's files, suffix → content, the main one first, and what there is to say about them."""
 
-    files: dict[str, str | bytes]
+    files: Mapping[str, Content]
     notes: tuple[str, ...] = ()
 
 

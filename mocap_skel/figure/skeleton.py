@@ -196,7 +196,7 @@ def _model(name: Any, places: Places, readers: tuple[Path, ...]) -> Skeleton:
     """The skeleton that a file is `like`: a file beside it, or a shipped one by its name."""
     here = places.of(None, "like")
     beside = places.path.parent / is_a(name, str, here, "like: the name of a skeleton")
-    with ours(here, SkeletonError):
+    with ours(str(here), SkeletonError):
         path = beside if beside.is_file() else SHIPPED / f"{name}.toml"
         there = path.is_file()
     if not there:

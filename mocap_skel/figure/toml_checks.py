@@ -6,7 +6,7 @@ import math
 from typing import Any, TypeVar
 
 from mocap_skel.errors import SkeletonError
-from mocap_skel.figure.toml_places import Places
+from mocap_skel.figure.toml_places import Place, Places
 from mocap_skel.text import nearest
 
 T = TypeVar("T")
@@ -28,7 +28,7 @@ def names(value: Any, places: Places, i: int, key: str) -> tuple[str, ...]:
     return tuple(value)
 
 
-def is_a(value: Any, kind: type[T], where: str, what: str) -> T:
+def is_a(value: Any, kind: type[T], where: Place | str, what: str) -> T:
     """Check that a value is of a type; `what` names it in the error.
 
     Raises:
@@ -46,7 +46,7 @@ def is_a(value: Any, kind: type[T], where: str, what: str) -> T:
     return value
 
 
-def a_name(value: Any, where: str, what: str) -> str:
+def a_name(value: Any, where: Place | str, what: str) -> str:
     """Check that a value is a text that can be a name: on one line, and printable; `what` names it in the error.
 
     Raises:
@@ -73,7 +73,7 @@ def known_keys(
             )
 
 
-def number(value: Any, where: str, what: str, *, positive: bool = False) -> float:
+def number(value: Any, where: Place | str, what: str, *, positive: bool = False) -> float:
     """Check that a value is a finite number; `what` is the sentence of the error.
 
     Raises:

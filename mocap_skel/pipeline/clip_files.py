@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, ClipError, ExportError, MocapSkelError
 from mocap_skel.events import Event
-from mocap_skel.export.files import check_free, put_all, write_all
+from mocap_skel.export.files import Content, check_free, put_all, write_all
 from mocap_skel.export.registry import Source
 from mocap_skel.export.result_files import stem_of
 from mocap_skel.gait.events import own_events
@@ -55,7 +55,7 @@ class Done:
     """
 
     fits: tuple[SkeletonFit, ...]
-    files: dict[Path, str | bytes]
+    files: dict[Path, Content]
     notes: tuple[str, ...]
     failed: tuple[MocapSkelError, ...]
     figures: tuple[Figure, ...] = ()
@@ -75,8 +75,7 @@ def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
         MocapSkelError: the clip cannot be read, fitted, or written, or needs too much memory.
     """
     with limited(path):
-        done = render(path, job)
-    return _stored(path, job, done, taken)
+        return _stored(path, job, render(path, job), taken)
 
 
 def render(path: Path, job: Job) -> Done:
@@ -89,7 +88,7 @@ def render(path: Path, job: Job) -> Done:
     found = fit_file(path, job, lambda clip, all_of_it: _check_targets(path, job, clip, all_of_it))
     statics = static_fits(job)
     notes = list(found.notes)
-    files: dict[Path, str | bytes] = {}
+    files: dict[Path, Content] = {}
     failed: list[MocapSkelError] = [*found.failed]
     figures: list[Figure] = []
     for assignment, fit in found.subjects:

@@ -237,7 +237,7 @@ class TestWriteFit:
         assert [p.parent for p in paths] == 4 * [tmp_path / "a"]
         for path, content in done.files.items():
             there = (tmp_path / "a" / path.name).read_bytes()
-            assert there == (content if isinstance(content, bytes) else content.encode())
+            assert there == (content if isinstance(content, bytes) else str(content).encode())
 
     def test_an_unknown_format_or_option_writes_nothing(self, tmp_path):
         clip, fit = read_clip(STILL), fit_sample("nearly_still")
