@@ -5,7 +5,7 @@ import numpy as np
 
 def read_trc(text):
     """Head, names, frame numbers, times and points (frames, names, 3) of a TRC, as its format has it."""
-    lines = text.split("\n")
+    lines = str(text).split("\n")
     assert lines[0].split("\t")[:3] == ["PathFileType", "4", "(X/Y/Z)"]
     head = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=True))
     titles = lines[3].split("\t")

@@ -223,11 +223,11 @@ def test_swapped_markers_are_not_called_shown(tmp_path):
         (("--trust-labels", "--overwrite"), "swapped or wrongly assigned?"),
     ):
         done = call("fit", ROM, "--assoc", "map.txt", "--json", *options, cwd=tmp_path)
-        assert "RTHI and LTHI look exchanged" in done.stderr
+        assert "LTHI and RTHI look exchanged" in done.stderr
         told = [json.loads(line) for line in done.stdout.splitlines()]
         rows = {row["joint"]: row for row in told if "joint" in row}
         notes = [row["note"] for row in told if row.get("table") == "notes"]
-        assert any("RTHI and LTHI look exchanged" in note for note in notes)
+        assert any("LTHI and RTHI look exchanged" in note for note in notes)
         for joint in ("LeftHip", "RightHip"):
             assert rows[joint]["shown"] == "weak"
             assert said.format(side=joint[0]) in rows[joint]["reason"]

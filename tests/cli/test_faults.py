@@ -185,7 +185,7 @@ class TestTwoAtOnce:
 
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-@pytest.mark.parametrize("place", ["_bytes", "_put_new"])
+@pytest.mark.parametrize("place", ["_parts", "_put_new"])
 def test_a_signal_waits_until_files_are_whole(tmp_path, monkeypatch, sign, place):
     """One that comes while files are written or put into their places."""
     before = signal.signal(sign, lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
