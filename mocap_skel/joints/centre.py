@@ -152,6 +152,7 @@ def _posterior(sphere: Sphere, motion: Estimate, known: PriorKnowledge) -> Poste
         # Skin on a person who stands still moves the markers too, and shows nothing of the joint.
         moved = (sphere.weakest_sd / (LEAST_SPREAD * known.size)) ** 2
         found = Estimate(found.centre, found.covariance / np.clip(moved, LEAST_SHOWN, 1.0))
+        found = found.widened(known.expected.hidden)
     return combine(found, known.expected)
 
 

@@ -7,7 +7,7 @@ clip is looked at.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -35,12 +35,15 @@ class Expected:
         covariance: (3, 3), m².
         landmarks: the markers that it rests on.
         source: the publication that the prior comes from, as the skeleton file names it.
+        hidden: (3, 3), m²: along the hinge, how far skin carries the child beside its plane, and so what the movement
+            shows there of the joint; 0 where it shows the joint in all directions.
     """
 
     mean: Array
     covariance: Array
     landmarks: tuple[str, ...]
     source: str
+    hidden: Array = field(default_factory=lambda: np.zeros((3, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +58,12 @@ class Surroundings:
         size: the subject's, 1 for a person of 1.75 m.
         turn: markers of the child far down it, or () for all → how it turned in the parent; None where it
             has no pose.
-        direction: two markers of the figure → the mean (3,) of the unit vectors from the first to the second;
-            None where they are not seen.
+        hanging: a step inward, the bone above it (3,) and the markers' mean, → which way is inward by the trunk (3,),
+            and how far that is off, radians; None where the trunk does not tell.
         cluster: the child's markers: their places (M, 3) in a frame of its own and their mean places (M, 3) in
             the parent, where the child has a pose.
         upper_error: standard deviation of `upper` in the direction in which it is known least.
+        skin_turn: standard deviation, radians, of the parent's turn about its length that skin makes.
     """
 
     places: Mapping[str, Array]
@@ -67,9 +71,10 @@ class Surroundings:
     lower: Callable[[tuple[str, ...]], Moments | None]
     size: float
     turn: Callable[[tuple[str, ...]], Turning | None] = lambda _: None
-    direction: Callable[[str, str], Array | None] = lambda _, __: None
+    hanging: Callable[[Shift, Array | None, Array], tuple[Array, float] | None] = lambda *_: None
     cluster: tuple[Array, Array] | None = None
     upper_error: float = 0.0
+    skin_turn: float = 0.0
 
 
 def subject_size(
@@ -123,19 +128,15 @@ def expected_joint(
     for prior in priors:
         found = _mean(prior, landmarks, around) if prior.mean else _between(prior, around)
         if found is not None:
-            mean, used, unsure = found
-            sd = prior.sd * around.size
-            return Expected(mean, sd**2 * np.eye(3) + unsure, used, prior.source)
+            covariance = (prior.sd * around.size) ** 2 * np.eye(3) + found.covariance
+            return replace(found, covariance=covariance)
     return None
 
 
 def _mean(
     prior: Prior, landmarks: Mapping[str, Sequence[Sequence[str]]], around: Surroundings
-) -> tuple[Array, tuple[str, ...], Array] | None:
-    """The place (3,) that a prior says, the markers that it rests on, and what its axis adds to its covariance.
-
-    None if a landmark is missing.
-    """
+) -> Expected | None:
+    """The place that a prior says, with the covariance of its steps alone; None if a landmark is missing."""
     used: dict[str, None] = {}
 
     def place(name: str) -> Array | None:
@@ -149,22 +150,31 @@ def _mean(
     if not points or any(p is None for p in points):
         return None
     mean = np.mean([p for p in points if p is not None], axis=0)
-    total, unsure = np.zeros(3), np.zeros((3, 3))
+    total, unsure, hidden = np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3))
     for shift in prior.shifts:
-        if shift.hinge:
-            inward = _hinge_step(shift, prior.sd, mean, place, around)
-            if inward is None:
-                return None
-            total, unsure = total + inward[0], unsure + inward[1]
-            continue
-        step = _landmark_step(shift, place, around)
+        step = (
+            _hinge_step(shift, prior.sd, mean, place, around)
+            if shift.hinge
+            else _landmark_step(shift, place, around)
+        )
         if step is None:
             return None
         total, unsure = total + step[0], unsure + step[1]
-    return mean + total, tuple(used), unsure
+        if shift.plane:
+            hidden = _beside_the_plane(shift, step[0], mean, around)
+    return Expected(mean + total, unsure, tuple(used), prior.source, hidden)
 
 
-def _between(prior: Prior, around: Surroundings) -> tuple[Array, tuple[str, ...], Array] | None:
+def _beside_the_plane(shift: Shift, step: Array, marker: Array, around: Surroundings) -> Array:
+    """(3, 3), m²: along a step inward, how far skin that turns the parent carries the child's far end."""
+    lower = around.lower(shift.toward)
+    assert lower is not None
+    away = lower.mean - marker
+    square = float(away @ away + np.trace(lower.covariance))
+    return np.asarray(around.skin_turn**2 * square * np.outer(step, step) / (step @ step))
+
+
+def _between(prior: Prior, around: Surroundings) -> Expected | None:
     """As `_mean`, for a joint without a landmark. For a hinge: inward from the middles of the markers of both segments.
 
     As far as these markers lie on the outer side of the limb, and not in front of it or all around. None unless
@@ -172,7 +182,7 @@ def _between(prior: Prior, around: Surroundings) -> tuple[Array, tuple[str, ...]
     """
     (shift,) = prior.shifts
     if not shift.hinge:
-        return _before_the_child(shift, around)
+        return _before_the_child(prior, shift, around)
     turn = around.turn(())
     if turn is None or not turn.shown or around.cluster is None:
         return None
@@ -185,12 +195,10 @@ def _between(prior: Prior, around: Surroundings) -> tuple[Array, tuple[str, ...]
     steps = 0.5 * (above.mean(axis=0) + there.mean(axis=0)) + sure * depth * np.mean(outer) * axis
     error = (ACROSS * around.size) ** 2 * (np.eye(3) - np.outer(axis, axis))
     error = error + (1.0 - sure**2) * depth**2 * np.outer(axis, axis)
-    return steps, tuple(around.places), error
+    return Expected(steps, error, tuple(around.places), prior.source)
 
 
-def _before_the_child(
-    shift: Shift, around: Surroundings
-) -> tuple[Array, tuple[str, ...], Array] | None:
+def _before_the_child(prior: Prior, shift: Shift, around: Surroundings) -> Expected | None:
     """As `_mean`: from markers of the child back on the line to the parent's own joint."""
     lower = around.lower(shift.toward)
     if lower is None or around.upper is None:
@@ -201,7 +209,8 @@ def _before_the_child(
     # A joint beyond the parent's own is none.
     if not length > depth:
         return None
-    return lower.mean + depth / length * back, shift.toward, np.zeros((3, 3))
+    place = lower.mean + depth / length * back
+    return Expected(place, np.zeros((3, 3)), shift.toward, prior.source)
 
 
 def _on_the_outer_side(places: Array, along: Array) -> float:
@@ -269,10 +278,13 @@ def _hinge_step(
             upper, aside = np.mean(known, axis=0), shift.aside
     turn = around.turn(shift.toward)
     shown = turn is not None and turn.shown
-    straight = around.direction(*shift.straight) if shift.straight else None
     if upper is None and not shown:
         return None
     above = None if upper is None else marker - upper
+    told = around.hanging(shift, above, marker) if shift.straight else None
+    straight = None if told is None else told[0]
+    if told is not None:
+        shift = replace(shift, turned=told[1])
     direction, error = axis_inward(
         above, lower.mean - marker, shift, around.size, lower.covariance, aside, turn, straight
     )
