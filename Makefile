@@ -5,10 +5,10 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz lint types bench validate golden docs samples page blender opensim three clean
+.PHONY: help demo test test-lowest fuzz kills soak lint types bench validate golden docs samples page blender opensim three clean
 
 help: ## This list
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-9s %s\n", $$1, $$2}'
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-11s %s\n", $$1, $$2}'
 
 # Made again when the dependencies or the entry point change; otherwise a second run starts at once.
 $(STAMP): pyproject.toml mocap_skel/version.py
@@ -24,9 +24,27 @@ demo: $(STAMP) ## Fit the bundled range-of-motion clip and print its joint table
 test: lint types $(STAMP) ## Lint, types and all tests
 	$(BIN)/python -m pytest -q -n auto --dist loadfile
 
-N ?= 10000
-fuzz: $(STAMP) ## Try N damaged files (make fuzz N=10000), seeds from FIRST on
-	MOCAP_SKEL_FUZZ=$(N) MOCAP_SKEL_FUZZ_FIRST=$(or $(FIRST),0) $(BIN)/python -m pytest -q tests/readers/test_fuzz.py
+fuzz: $(STAMP) ## Try N damaged files of each kind (make fuzz N=10000), seeds from FIRST on
+	MOCAP_SKEL_FUZZ=$(or $(N),10000) MOCAP_SKEL_FUZZ_FIRST=$(or $(FIRST),0) \
+	  $(BIN)/python -m pytest -q tests/readers/test_fuzz.py tests/labels/test_fuzz_files.py
+
+kills: $(STAMP) ## Kill a batch at N random moments (make kills N=50), and let it go on from there
+	MOCAP_SKEL_KILLS=$(or $(N),50) $(BIN)/python -m pytest -q tests/cli/test_batch_faults.py -k random_moments
+
+soak: $(STAMP) ## N generated clips through batch, some damaged (make soak N=2600): rate, memory, nothing lost
+	$(BIN)/python benchmarks/soak.py $(N)
+
+# The lowest versions that pyproject.toml admits, in an environment of their own.
+.venv-lowest/installed: pyproject.toml tests/lowest.py
+	$(PYTHON) -m venv .venv-lowest
+	$(PYTHON) tests/lowest.py > .venv-lowest/lowest.txt
+	.venv-lowest/bin/python -m pip install --quiet --disable-pip-version-check --constraint .venv-lowest/lowest.txt \
+	  --editable '.[dev]'
+	@touch $@
+
+test-lowest: .venv-lowest/installed $(STAMP) ## All tests with the lowest versions of all libraries, and the same files byte for byte
+	.venv-lowest/bin/python -m pytest -q -n auto --dist loadfile
+	$(BIN)/python tests/versions.py $(BIN)/python .venv-lowest/bin/python
 
 lint: $(STAMP) ## ruff: rules and format
 	$(BIN)/ruff check .
@@ -38,6 +56,7 @@ types: $(STAMP) ## mypy, strict
 bench: $(STAMP) ## Timings side by side, and accuracy against known truth
 	$(BIN)/python benchmarks/bench_spheres.py
 	$(BIN)/python benchmarks/bench_fit.py
+	$(BIN)/python benchmarks/bench_growth.py
 	$(BIN)/python benchmarks/bench_guess.py
 	$(BIN)/python benchmarks/accuracy.py
 	$(BIN)/python benchmarks/coverage.py
@@ -82,5 +101,5 @@ page: ## Bundle the report page's viewer again (needs node and npm)
 	cd web && npm ci --ignore-scripts --no-audit --no-fund && npm run build
 
 clean: ## Remove the environment, caches and demo results
-	rm -rf $(VENV) .venv-blender .venv-opensim web/node_modules demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) .venv-lowest .venv-blender .venv-opensim web/node_modules demo_output build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

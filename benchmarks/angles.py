@@ -1,11 +1,12 @@
 """Joint angles against those that Plug-in Gait left in the same clips (POINT:ANGLES).
 
-    python benchmarks/angles.py [FOLDER or CLIP.c3d ...]
+    python benchmarks/angles.py [--axes] [FOLDER or CLIP.c3d ...]
 
 One line an angle: correlation, root mean square difference after the mean of both is taken off, the difference of the
 means, and the range of Plug-in Gait's. Plug-in Gait's angles are themselves model outputs: they have its centres and its
 axes. Signs are Plug-in Gait's turned into ours (its elbows, wrists, shoulders and trunk are by other definitions and are not
-compared).
+compared). With --axes, the axes on which joints turn in the clip count for anatomical axes, where they are surer than
+landmarks; docs/angles.md says why they do not by default.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ HEAD = (
 )
 
 
-def lines_of(path: Path) -> Iterator[Line]:
+def lines_of(path: Path, axes: bool = False) -> Iterator[Line]:
     """The lines of one clip; none where it holds no such angles.
 
     Raises:
@@ -77,14 +78,15 @@ def lines_of(path: Path) -> Iterator[Line]:
     """
     found = fit_file(path, Job(None))
     for _, fit in found.subjects:
-        yield from _lines(path, found.clip, fit)
+        yield from _lines(path, found.clip, fit, axes)
 
 
-def _lines(path: Path, clip: Clip, fit: SkeletonFit) -> Iterator[Line]:
+def _lines(path: Path, clip: Clip, fit: SkeletonFit, axes: bool) -> Iterator[Line]:
     scale = metres_in(clip.unit) or 1.0
     # Angles are stored as if they were lengths.
     theirs = {k: v / scale for k, v in all_points(path, clip).items()}
-    angles = joint_angles(fit)
+    shown = {joint.joint: joint.turns_on for joint in fit.joints if joint.turns_on is not None}
+    angles = joint_angles(fit, hinges=shown if axes else None)
     ours = {joint.rule.name: joint for joint in angles.joints}
     for point, name, signs in PAIRS:
         track = theirs.get((fit.subject, point))
@@ -110,11 +112,12 @@ def _line(
 
 
 def main() -> None:
+    places = [word for word in sys.argv[1:] if word != "--axes"]
     print(HEAD)
-    for start in map(Path, sys.argv[1:] or [str(CLIPS)]):
+    for start in map(Path, places or [str(CLIPS)]):
         for path in clips_in(start):
             try:
-                for line in lines_of(path):
+                for line in lines_of(path, axes="--axes" in sys.argv):
                     print(line.text())
             except MocapSkelError as error:
                 print(f"{path}: {error}", file=sys.stderr)

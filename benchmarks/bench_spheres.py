@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import least_squares
 from skspatial.objects import Sphere
-from timing import alternate
+from timing import aimed, alternate
 
 from mocap_skel.artificial.spheres import cap
 from mocap_skel.spherefit import gdke, lls, mgdk, mle, pratt, sphere_moments, ugdk
@@ -89,6 +89,10 @@ def one_size(count: int) -> None:
     for name in all_tasks:
         taken = best[name]
         print(f"  {name:22s} {1e3 * taken:9.3f} {taken / floor:10.1f} {taken / ours:12.2f}")
+    if count == SIZES[0]:
+        print(f"  our UGDK, microseconds {aimed(1e6 * ours, most=80)}")
+    if count == SIZES[-1]:
+        print(f"  our UGDK / np.sum      {aimed(ours / floor, most=8)}")
 
 
 def many_small(sets: int = 1000, count: int = 1000) -> None:

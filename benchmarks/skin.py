@@ -32,10 +32,10 @@ CLIPS = Path(os.environ.get("MOCAP_SKEL_CLIPS", ROOT.parent / "shared" / "clips"
 FUNCTIONAL, HARRINGTON, ON_BONE = (11.0, 3.3), (13.2, 6.5), (12.3, 5.9)
 ASIS, PSIS = (9.7, 7.0), (19.6, 10.9)
 # Millimetres, from where one person puts a marker on an iliac spine to where another does (Della Croce 2005, Gait
-# Posture 21, 226): the middle of 15 to 20. Harrington rests on four of them.
-PLACED, SPINES = 17.5, 4
-# Harrington's share of the pelvis' depth.
-DEPTH = 0.24
+# Posture 21, 226): the middle of 15 to 20. It is a person's habit, alike on both sides.
+PLACED = 17.5
+# Harrington's share of the pelvis' depth, and those of its width outwards and down.
+DEPTH, OUT, DOWN = 0.24, 0.33, 0.30
 
 
 def each_axis(mean: float, sd: float) -> float:
@@ -52,9 +52,15 @@ def skin_of_depth() -> float:
     return float(np.hypot((1.0 - DEPTH) * ASIS[1], DEPTH * PSIS[1]))
 
 
-def placing() -> float:
-    """Millimetres along each axis: what the placing of the markers adds to the mean of the iliac spines."""
-    return float(PLACED / np.sqrt(3.0) / np.sqrt(SPINES))
+def placing() -> tuple[float, float, float]:
+    """Millimetres outwards, to the front and up: what a person's habit of placing the markers adds to Harrington's hip.
+
+    Between the front and the back markers the pelvis has its share of both habits; outwards, both sides go apart, and
+    the width goes with them.
+    """
+    habit = PLACED / np.sqrt(3.0)
+    between = habit * np.hypot(1.0 - DEPTH, DEPTH)
+    return 2.0 * OUT * habit, float(between), float(np.hypot(between, 2.0 * DOWN * habit))
 
 
 @dataclass(frozen=True)
@@ -66,8 +72,8 @@ class Seen:
         looseness: of the joint.
         skin: millimetres, smooth residual, root mean square.
         places: that the markers' directions cover.
-        slide: metres a radian of slide for each metre of residual, for a looseness of 1, with which the motion's
-            centre would be off as much as its covariance says; 0 where it is off by less without any.
+        slide: metres a radian of slide for each metre of skin, for a looseness of 1, with which the motion's centre
+            would be off as much as its covariance says; 0 where it is off by less without any.
         wobble: radians by which the child turns about the axis that it turns about least.
     """
 
@@ -100,7 +106,7 @@ def joints_seen(path: Path) -> list[Seen]:
         skin = skin_error(sphere, looseness)
         rest = skin.covariance - skin.slide * np.eye(3) + sphere.covariance(shown=True)
         slide = needed(sphere.fit.centre - truth, rest)
-        rate = slide / np.sqrt(skin.smooth / skin.places) / looseness
+        rate = slide / np.sqrt(skin.taken * skin.smooth / skin.places) / looseness
         shared = joint.evidence.shared
         wobble = np.nan if shared is None else np.sqrt(max(np.linalg.eigvalsh(shared.turns)[0], 0))
         found.append(
@@ -129,17 +135,21 @@ def needed(error: np.ndarray, rest: np.ndarray) -> float:
 def literature() -> str:
     """What follows from the papers, beside the skeleton's prior of the hip and what the code has."""
     hip = next(s for s in read_skeleton("human").segments if s.joint == "RightHip").priors[0]
-    depth = next(s.sd for s in hip.shifts if s.sd)
+    out, front, up = placing()
+    bone, (_, depth, down) = each_axis(*ON_BONE), (s.sd for s in hip.shifts)
+    # A functional trial: what its fit takes of seven markers' skin in 3.8 places, and what they have in common.
+    common = COMMON * 2.5 * np.sqrt(7 * 3.8 / (7 * 3.8 - 10) / 3.8)
     lines = [
         f"functional hip on skin, each axis: {each_axis(*FUNCTIONAL):.1f} mm (Fiorentino 2016)",
         f"Harrington on skin, each axis: {each_axis(*HARRINGTON):.1f} mm (Fiorentino 2016)",
         f"Harrington on bone, each axis: {each_axis(*ON_BONE):.1f} mm (Mantovani 2016)",
-        f"placing the mean of {SPINES} markers, each axis: {placing():.1f} mm (Della Croce 2005)",
-        f"both: {np.hypot(each_axis(*ON_BONE), placing()):.1f} mm; prior: {1e3 * hip.sd:.1f}",
-        f"skin over the pelvis along its depth: {skin_of_depth():.1f} mm (Mantovani 2016); prior: {1e3 * depth:.1f}",
-        f"COMMON {COMMON:g}: a functional trial with residuals of 2.5 mm at 3.8 places, 4 mm of its "
-        f"markers' disagreement and {COMMON * 2.5 / np.sqrt(3.8):.1f} mm in common is "
-        f"{np.hypot(4.0, COMMON * 2.5 / np.sqrt(3.8)):.1f} mm off along each axis",
+        f"placing the markers: {out:.1f} mm outwards, {front:.1f} to the front, {up:.1f} up (Della Croce 2005)",
+        f"skin over the pelvis along its depth: {skin_of_depth():.1f} mm (Mantovani 2016)",
+        f"together: {np.hypot(bone, out):.1f} mm outwards, {np.hypot(np.hypot(bone, front), skin_of_depth()):.1f} to "
+        f"the front, {np.hypot(bone, up):.1f} up; prior: {1e3 * hip.sd:.1f}, {1e3 * np.hypot(hip.sd, depth):.1f}, "
+        f"{1e3 * np.hypot(hip.sd, down):.1f}",
+        f"COMMON {COMMON:g}: a functional trial of 7 markers with residuals of 2.5 mm at 3.8 places, 4 mm of its "
+        f"markers' disagreement and {common:.1f} mm in common is {np.hypot(4.0, common):.1f} mm off along each axis",
         f"skin of a limb: {1e3 * USUAL * 0.3 * np.pi / 2:.0f} mm for 90 degrees at 30 cm (Leardini 2005: about a "
         "centimetre)",
     ]

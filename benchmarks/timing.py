@@ -15,3 +15,14 @@ def alternate(*tasks: Callable[[], object], rounds: int = 9) -> list[float]:
             task()
             record.append(time.perf_counter() - start)
     return [min(record) for record in times]
+
+
+def aimed(value: float, *, most: float | None = None, least: float | None = None) -> str:
+    """A number, and behind it what it should be.
+
+    >>> aimed(2.5, most=1.5), aimed(2.0, least=1.8)
+    ('   2.50  (aim: at most 1.5, missed)', '   2.00  (aim: at least 1.8)')
+    """
+    reached = value <= most if most is not None else least is None or value >= least
+    aim = f"at most {most:g}" if most is not None else f"at least {least:g}"
+    return f"{value:7.2f}  (aim: {aim}{'' if reached else ', missed'})"

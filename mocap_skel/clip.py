@@ -27,6 +27,8 @@ class Clip:
         subjects: one a marker, the part of the label before the colon, "" without one.
         rate: frames a second.
         first_frame: the file's own number of the first frame.
+        zero_frame: the number that a frame at time 0 has: 1 in a C3D, 0 in a take of Motive; where a file's own
+            times say it, it need not be a whole one.
         unit: the length unit of the file.
         up: the vertical axis, "x", "y" or "z", or "-x" ... where that axis points down.
         left_out: labels of the points that are no markers, by the reason why.
@@ -63,6 +65,7 @@ class Clip:
     as_read: tuple[tuple[str, ...], tuple[str, ...]] | None = None
     measures: Mapping[str, float] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
+    zero_frame: float = 1
 
     @property
     def frames(self) -> int:

@@ -106,6 +106,10 @@ _ALWAYS: dict[type[Exception], Told] = {
         f"not a text file in UTF-8 (byte {error.start})",
         "save it as UTF-8",
     ),
+    UnicodeEncodeError: lambda error: (
+        f"the system's encoding, {error.encoding}, has no {error.object[error.start : error.end]!r}",
+        "set a locale of UTF-8: LC_ALL=C.UTF-8",
+    ),
 }
 
 

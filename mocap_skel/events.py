@@ -28,7 +28,7 @@ class Event:
     """A moment in a recording.
 
     Attributes:
-        time: seconds since frame 1, as all tables have them.
+        time: seconds, as the clip's file counts them and all tables have them.
         frame: the nearest frame, by the file's own numbers.
         label: what it is called: "Foot Strike".
         context: whose it is, by the file's word: "Left", "Right", "General", "" where it does not say.

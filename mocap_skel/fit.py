@@ -136,6 +136,7 @@ def fit_skeleton(
             *notes(trouble, prepared.samples),
         ),
         left_out=trouble,
+        zero_frame=clip.zero_frame,
     )
 
 

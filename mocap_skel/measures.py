@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from mocap_skel.errors import CallError, ours
-from mocap_skel.text import listed, nearest, read_text
+from mocap_skel.errors import CallError
+from mocap_skel.text import listed, nearest, parse_toml, read_text
 
 SIDES = ("left", "right")
 # Metres, from a small child to the largest adult, with room at both ends: a value beyond is in another unit.
@@ -67,9 +66,7 @@ def read_measures(path: Path) -> dict[str, float]:
     Raises:
         CallError: it cannot be read, or a measure in it is wrong; it names the file.
     """
-    text = read_text(path, CallError)
-    with ours(path, CallError, {tomllib.TOMLDecodeError: lambda error: (f"{path}: {error}", None)}):
-        data = tomllib.loads(text)
+    data = parse_toml(path, read_text(path, CallError), CallError)
     found: dict[str, float] = {}
     for name, value in data.items():
         try:

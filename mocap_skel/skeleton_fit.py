@@ -49,7 +49,9 @@ def segment_fit(found: Placed, skeleton: Skeleton, prepared: Prepared) -> Segmen
     if segment in skeleton.leaves and segment.parent is not None:
         chosen = [template[m] for m in segment.ends if m in template]
         end = np.mean(chosen or list(template.values()), axis=0)
-    names = prepared.markers(segment.name)
+    names, points = prepared.markers(segment.name), prepared.of(segment.name)
+    if names != tuple(template):
+        points = points[:, [names.index(m) for m in template]]
     return SegmentFit(
         name=segment.name,
         pose=found.pose,
@@ -58,7 +60,7 @@ def segment_fit(found: Placed, skeleton: Skeleton, prepared: Prepared) -> Segmen
         end=end,
         drawn_through=found.drawn_through,
         rigid=found.rigid,
-        points=prepared.of(segment.name)[:, [names.index(m) for m in template]],
+        points=points,
     )
 
 
@@ -79,6 +81,7 @@ class SkeletonFit:
             `JointFit.shown` what the movement shows of it.
         notes: what was decided and what is missing, one sentence each.
         left_out: markers with samples that are left out because the marker was somewhere else.
+        zero_frame: the number that a frame at time 0 has, as in the clip.
 
     >>> from mocap_skel import associate, fit_skeleton, read_association, read_clip
     >>> clip, association = read_clip("sample_data/range_of_motion.c3d"), read_association("cmu")
@@ -101,14 +104,15 @@ class SkeletonFit:
     joints: tuple[JointFit, ...]
     notes: tuple[str, ...]
     left_out: tuple[LeftOut, ...] = ()
+    zero_frame: float = 1
 
     @property
     def time(self) -> Array:
-        """(frames,) seconds since frame 1, also in a clip that was cut out of a longer take.
+        """(frames,) seconds as the clip's file counts them, also in a clip that was cut out of a longer take.
 
-        Since its first frame in one whose frames are counted from 0.
+        Since frame 1 in a C3D, and since frame 0 in a take of Motive.
         """
-        return np.asarray((self.frame_numbers - min(1, int(self.frame_numbers[0]))) / self.rate)
+        return np.asarray((self.frame_numbers - self.zero_frame) / self.rate)
 
     def tracks(self) -> Iterator[tuple[str, Array]]:
         """Name and lab track (frames, 3) of every joint, of the root's origin, of each leaf's end point.

@@ -2,20 +2,134 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+import stat
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from mocap_skel.errors import MocapSkelError, ours
 
+LARGEST = 1 << 24
+"""Bytes of an association, skeleton or options file: the largest of the shipped ones has a thousandth of it. Picked by eye."""
 
-def read_text(path: Path, error: type[MocapSkelError]) -> str:
+
+def read_text(path: Path, error: type[MocapSkelError], largest: int = LARGEST) -> str:
     """Read a text file in UTF-8, with or without a byte-order mark.
 
+    Args:
+        path: the file.
+        error: what is raised.
+        largest: bytes that it may have.
+
     Raises:
-        MocapSkelError: of the type `error`: the file cannot be read, or is not UTF-8; it names the file.
+        MocapSkelError: of the type `error`: the file cannot be read, is too large, or is not UTF-8; it names the file.
+    """
+    check_file(path, error)
+    with ours(path, error):
+        with path.open("rb") as file:
+            content = file.read(largest + 1)
+        if len(content) > largest:
+            raise error(f"a text of more than {largest >> 20} MB, which no such file has")
+        # As text files are read: a line ends with one sign.
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def check_file(path: Path, error: type[MocapSkelError]) -> None:
+    """Refuse a pipe or a device, which may never begin or never end.
+
+    Raises:
+        MocapSkelError: of the type `error`: it is one, or cannot be looked at; it names the file.
     """
     with ours(path, error):
-        return path.read_text(encoding="utf-8-sig")
+        mode = path.stat().st_mode
+        # What opens a folder says so itself.
+        if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+            raise error("a pipe or a device, and no file", "save what it gives as a file")
+
+
+def parse_toml(path: Path, text: str, error: type[MocapSkelError]) -> dict[str, Any]:
+    """The values of a TOML file.
+
+    Args:
+        path: of the file, for messages.
+        text: its content.
+        error: what is raised.
+
+    Raises:
+        MocapSkelError: of the type `error`: it is no TOML, or has a number or a name that cannot be; it names the file, and
+            the line and column where they are known.
+    """
+    import tomllib  # most calls read no such file
+
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as wrong:
+        found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", str(wrong), re.S)
+        if found:
+            raise error(f"{path}:{found[2]}:{found[3]}: {found[1]}") from wrong
+        what = str(wrong).removesuffix(" (at end of document)")
+        column = len(text) - text.rfind("\n")
+        raise error(f"{path}:{text.count(chr(10)) + 1}:{column}: {what}") from wrong
+    except (RecursionError, ValueError) as wrong:
+        raise error(f"{path}: {unreadable(wrong)}") from wrong
+    check_values(content, path, error)
+    for value in _all_in(content):
+        if isinstance(value, str) and not value.translate(_BREAKS).isprintable():
+            raise error(f"{path}: a text that cannot be printed: {value!r:.60}")
+    return content
+
+
+_BREAKS = {ord("\n"): " ", ord("\t"): " "}
+# Tables and lists in each other: no file has more than six. Picked by eye.
+_DEEPEST = 30
+
+
+def unreadable(error: Exception) -> str:
+    """What to say where a parser of Python gives up, as it does beyond some depth or length."""
+    if isinstance(error, RecursionError):
+        return "lists in lists without end"
+    return f"it cannot be read: {' '.join(str(error).split()):.80}"
+
+
+def check_values(content: Any, path: Path, error: type[MocapSkelError]) -> None:
+    """Refuse what a file of values can hold and nothing can calculate with or show.
+
+    Args:
+        content: tables, lists, numbers and texts.
+        path: of the file, for messages.
+        error: what is raised.
+
+    Raises:
+        MocapSkelError: of the type `error`: lists in lists without end, or a number that is too large; it names the file.
+    """
+    level = [content]
+    for _ in range(_DEEPEST):
+        level = [inner for one in level for inner in _inside(one)]
+    if level:
+        raise error(f"{path}: {unreadable(RecursionError())}")
+    for value in _all_in(content):
+        if isinstance(value, int) and abs(value) >= 1 << 63:
+            raise error(f"{path}: a number with too many digits: {value.bit_length()} bits")
+
+
+def _inside(value: Any) -> list[Any]:
+    return (
+        [*value, *value.values()]
+        if isinstance(value, dict)
+        else value
+        if isinstance(value, list)
+        else []
+    )
+
+
+def _all_in(value: Any) -> Iterator[Any]:
+    """Keys and values in tables and lists, however deep."""
+    waiting = [value]
+    while waiting:
+        one = waiting.pop()
+        waiting += _inside(one)
+        yield one
 
 
 def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str | None:
@@ -84,3 +198,51 @@ def stem(path: Path) -> str:
     ('walk', 'walk')
     """
     return Path(path.stem).stem if path.suffix.lower() == ".gz" else path.stem
+
+
+def printable(text: str) -> str:
+    r"""A name out of a file as the program has it: each character that a terminal would obey, or nobody would see, is ?.
+
+    >>> printable("LKNE\x1b[31m"), printable("Zoé")
+    ('LKNE?[31m', 'Zoé')
+    """
+    return text if text.isprintable() else "".join(c if c.isprintable() else "?" for c in text)
+
+
+# Unicode's control and format characters, halves of surrogate pairs, ends of lines and paragraphs.
+_UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+_ESCAPES = {"\n": r"\n", "\r": r"\r", "\t": r"\t"}
+# Where Python keeps a byte of a file's name that is no UTF-8: 128 to 255 behind this.
+_BYTES = 0xDC00
+
+
+def visible(text: str, kept: str = "") -> str:
+    r"""Any text on its way to a terminal: what that would obey, or nobody would see, is written as an escape.
+
+    Args:
+        text: the text; bytes of a file's name that are no UTF-8 are shown as what they are.
+        kept: characters that stay as they are.
+
+    >>> print(visible("a\x1b[2J\nb\udce4\u202e"))
+    a\x1b[2J\nb\xe4\u202e
+    """
+    if text.isprintable():
+        return text
+    from unicodedata import category  # hardly a text has such characters
+
+    return "".join(_escaped(c) if c not in kept and category(c) in _UNSEEN else c for c in text)
+
+
+def _escaped(c: str) -> str:
+    if c in _ESCAPES:
+        return _ESCAPES[c]
+    code = ord(c)
+    if _BYTES + 0x80 <= code <= _BYTES + 0xFF:
+        code -= _BYTES
+    return (
+        f"\\x{code:02x}"
+        if code < 0x100
+        else f"\\u{code:04x}"
+        if code < 0x10000
+        else f"\\U{code:08x}"
+    )

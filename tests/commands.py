@@ -1,9 +1,14 @@
 """The program as a user runs it: a process, its exit code, its streams, its files."""
 
+import atexit
 import io
+import shutil
 import subprocess
 import sys
+import tempfile
 from contextlib import chdir, redirect_stderr, redirect_stdout
+from functools import cache
+from pathlib import Path
 
 import pytest
 from recordings import SAMPLES
@@ -64,3 +69,17 @@ def call(*arguments, cwd):
     said, complained = (stream.buffer.getvalue().decode() for stream in (out, err))
     assert "Traceback" not in said + complained
     return subprocess.CompletedProcess(arguments, end.value.code, said, complained)
+
+
+@cache
+def tiny():
+    """A clip of a second, for calls of which only the ends count."""
+    from mocap_skel import artificial as art
+    from mocap_skel.artificial.write import write_c3d
+
+    folder = Path(tempfile.mkdtemp(prefix="mocap-skel-tiny-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    motion = art.range_of_motion(1, 60, seed=0)
+    clip = art.record(art.human(), art.marker_set("cmu"), motion, art.Faults(sigma=0.001), seed=0)
+    write_c3d(clip, folder / "tiny.c3d", "mm")
+    return folder / "tiny.c3d"

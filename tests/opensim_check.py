@@ -50,7 +50,12 @@ def written(calls: list[str], folder: Path) -> Iterator[tuple[str, Path, np.ndar
                     (chosen,) = choose("osim", mass=MASS, rig=rig)
                     stem = folder / f"{Path(path).stem}-{subject.subject}-{rig}"
                     made = chosen.render(fit, Source(clip, Path(path), subject))
-                    for suffix, content in made.files.items():
+                    source = Source(clip, Path(path), subject)
+                    angles = [
+                        chosen.render(fit, source).files
+                        for chosen in choose(["sto", "mot"], rigid=True, rig=rig)
+                    ]
+                    for suffix, content in {**made.files, **angles[0], **angles[1]}.items():
                         stem.with_name(stem.name + suffix).write_text(str(content))
                     motion = animate(fit, chosen.options.choice).motion
                     start, stop = motion.stretches[0]
@@ -104,12 +109,30 @@ def solved(model: Path, names: list[str], points: np.ndarray, rate: float) -> Pa
     folder.mkdir()
     (folder / "walk.osim").write_text(model.read_text())
     numbers = np.arange(1, len(points) + 1)
-    text = trc_text("walk.markers.trc", names, points.reshape(len(points), -1), numbers, rate)
-    (folder / "walk.markers.trc").write_text(text)
+    tracks = [points.reshape(len(points), -1)]
+    text = trc_text("walk.markers.trc", names, tracks, numbers, (numbers - 1) / rate, rate)
+    (folder / "walk.markers.trc").write_text(str(text))
     call = [sys.executable, "-c", python_of("docs/opensim.md")]
     done = subprocess.run(call, cwd=folder, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder / "walk.ik.mot"
+
+
+def angles_read(stem: Path) -> tuple[int, int]:
+    """Rows and columns of both files of joint angles, which both of OpenSim's readers have as they were written."""
+    for end in (".angles.sto", ".angles.mot"):
+        path = stem.with_name(stem.name + end)
+        text = path.read_text().partition("endheader\n")[2].splitlines()
+        wanted = np.array([line.split("\t") for line in text[1:]], dtype=float)
+        table, storage = opensim.TimeSeriesTable(str(path)), opensim.Storage(str(path))
+        assert ["time", *table.getColumnLabels()] == text[0].split("\t")
+        assert storage.getSize() == len(wanted) and storage.isInDegrees()
+        np.testing.assert_array_equal(table.getMatrix().to_numpy(), wanted[:, 1:])
+        for i in range(0, len(wanted), 50):
+            row = storage.getStateVector(i)
+            values = [row.getData().get(k) for k in range(row.getSize())]
+            np.testing.assert_allclose([row.getTime(), *values], wanted[i], rtol=1e-12)
+    return len(wanted), wanted.shape[1] - 1
 
 
 def root_mean_square(away: np.ndarray) -> float:
@@ -137,6 +160,10 @@ def main(calls: list[str]) -> int:
                 f"{name}: {len(bodies)} bodies, {len(names)} markers, {mass:.3f} kg; joints {1e3 * off:.6f} mm "
                 f"off at most over {len(time)} frames; markers {1e3 * root_mean_square(away):.3f} mm (rms)",
                 flush=True,
+            )
+            rows, columns = angles_read(stem)
+            print(
+                f"{name}: {rows} rows of {columns} joint angles, read by TimeSeriesTable and Storage"
             )
             few = min(SOLVED, len(time))
             motion = solved(paths[0], names, points[:few], 1.0 / (time[1] - time[0]))

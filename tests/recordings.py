@@ -10,7 +10,8 @@ import numpy as np
 from mocap_skel import associate, fit_skeleton, read_association, read_clip
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record
 from mocap_skel.clip import Clip
-from mocap_skel.export.registry import Source, choose
+from mocap_skel.export.files import Pieces
+from mocap_skel.export.registry import Rendered, Source, choose
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"
@@ -75,7 +76,9 @@ def gappy():
 def rendered(name, fit, clip=None, path=None, **told):
     """What a format makes of a fit; some need the clip and its file too."""
     (chosen,) = choose(name, **told)
-    return chosen.render(fit, Source(clip, path))
+    made = chosen.render(fit, Source(clip, path))
+    whole = {s: str(c) if isinstance(c, Pieces) else c for s, c in made.files.items()}
+    return Rendered(whole, made.notes)
 
 
 def error_inside(fit, recording, joint):

@@ -99,7 +99,7 @@ def qualisys(file, *, frame=False, time=False, titles=False, said=None, before=(
 def motive(file, *, columns=None, version="1.23", named=True, parent=False, said=None, code=False):
     """CSV of Motive: `columns` are (type, name, property, axis, values of all frames) beside the markers.
 
-    They stand before the markers; `code` adds a column of time codes.
+    They stand before the markers; `code` adds a column of time codes. Motive's frame 0 is at 0 s.
     """
     s, frames = file.sep, len(file.points)
     every = list(columns or [])
@@ -133,12 +133,62 @@ def motive(file, *, columns=None, version="1.23", named=True, parent=False, said
     ]
     rows = [
         s.join(
-            [str(i + file.first), file.time(i), *(["15:26:46:12.02"] if code else [])]
+            [str(i + file.first), file.time(i + 1), *(["15:26:46:12.02"] if code else [])]
             + [file.number(one[4][i]) for one in every]
         )
         for i in range(frames)
     ]
     return file.text([*head, *rows])
+
+
+def nexus(file, *, before="", after="", rate=None, unit=None, fast=False, ends=("", "")):
+    """CSV of Vicon Nexus, its block of trajectories between other blocks; `fast` adds velocities as Nexus has them."""
+    s, count = file.sep, len(file.labels)
+    axes, units = "XYZ", [unit or file.unit] * 3
+    if fast:
+        axes, units = ["X", "Y", "Z", "X'", "Y'", "Z'"], [*units, *["mm/s"] * 3]
+    blank = [""] * (len(axes) - 1)
+    rows = []
+    for row in file.rows(time=False):
+        number, *values = row.split(s)
+        if fast:
+            values = [x for m in range(count) for x in (*values[3 * m : 3 * m + 3], "7", "8", "9")]
+        rows.append(s.join([number, "0", *values]))
+    head = [
+        "Trajectories" + ends[0],
+        (f"{file.rate:g}" if rate is None else rate) + ends[1],
+        s.join(["", "", *(cell for x in file.labels for cell in (x, *blank))]),
+        s.join(["Frame", "Sub Frame", *list(axes) * count]),
+        s.join(["", "", *units * count]),
+    ]
+    return before + file.text([*head, *rows]) + after
+
+
+NEXUS_EVENTS = """Events
+100
+Subject,Context,Name,Time (s),Description
+Ann,Left,Foot Strike,1.05,"The instant the heel strikes the ground, say"
+Ann,Right,Foot Off,1.1,The instant the toe leaves the ground
+
+"""
+NEXUS_DEVICES = """Devices
+1000
+,,Imported AMTI OR6 #1 - Force,,,
+Frame,Sub Frame,Fx,Fy,Fz
+,,N,N,N
+1,0,0.1,0.2,700
+1,1,0.1,0.2,701
+
+"""
+NEXUS_MODEL = """
+Model Outputs
+100
+,,Ann:LKneeAngles,,,
+Frame,Sub Frame,X,Y,Z
+,,deg,deg,deg
+1,0,12.5,3,4
+2,0,,,
+"""
 
 
 def plain(file, *, spell="{label}_{axis}", frame="frame", time="time", below=()):

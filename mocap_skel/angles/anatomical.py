@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -45,18 +46,18 @@ def anatomical_axes(way: Way, places: Places, hinges: Places) -> Array | None:
     along, beside = _direction(way.along, places), _beside(way, places, hinges)
     if beside is None:
         return None
-    lengths = np.linalg.norm(along) * np.linalg.norm(beside)
+    lengths = _length(along) * _length(beside)
     i, j = AXES.index(way.axis), AXES.index(way.other)
     k = 3 - i - j
     # Cyclic order gives the third axis its sign.
     sign = 1.0 if (j - i) % 3 == 1 else -1.0
-    third = sign * np.cross(along, beside)
-    if not np.linalg.norm(third) > LINE * lengths:
+    third = sign * _cross(along, beside)
+    if not _length(third) > LINE * lengths:
         return None
     axes = np.empty((3, 3))
-    axes[:, i] = along / np.linalg.norm(along)
-    axes[:, k] = third / np.linalg.norm(third)
-    axes[:, j] = sign * np.cross(axes[:, k], axes[:, i])
+    axes[:, i] = along / _length(along)
+    axes[:, k] = third / _length(third)
+    axes[:, j] = sign * _cross(axes[:, k], axes[:, i])
     return axes + 0.0
 
 
@@ -122,8 +123,12 @@ def _half_turn(axes: Array, way: Way) -> Array:
 
 
 def _direction(line: Line, places: Places) -> Array:
-    start, end = (np.mean([places[n] for n in names], axis=0) for names in (line.start, line.end))
+    start, end = (_middle([places[n] for n in names]) for names in (line.start, line.end))
     return np.asarray(end - start)
+
+
+def _middle(points: Sequence[Array]) -> Array:
+    return points[0] if len(points) == 1 else np.asarray(np.mean(points, axis=0))
 
 
 def _beside(way: Way, places: Places, hinges: Places) -> Array | None:
@@ -133,6 +138,18 @@ def _beside(way: Way, places: Places, hinges: Places) -> Array | None:
         return _direction(way.beside, places)
     upper, middle, lower = (places[name] for name in way.bend)
     above, below = middle - upper, lower - middle
-    normal = np.cross(above, below)
-    bent = np.linalg.norm(normal) > LEAST_BEND * np.linalg.norm(above) * np.linalg.norm(below)
+    normal = _cross(above, below)
+    bent = _length(normal) > LEAST_BEND * _length(above) * _length(below)
     return np.asarray(way.sign * normal) if bent else None
+
+
+# For single vectors (3,), of which the errors' derivatives take thousands; numpy's own look at shapes and axes first.
+
+
+def _length(v: Array) -> float:
+    return math.sqrt(v.dot(v))
+
+
+def _cross(a: Array, b: Array) -> Array:
+    (a1, a2, a3), (b1, b2, b3) = a.tolist(), b.tolist()
+    return np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])

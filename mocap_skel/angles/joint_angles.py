@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.angles.anatomical import best_way
 from mocap_skel.angles.errors import Turns, standard_errors, turns_by_source
-from mocap_skel.angles.neutral import Static, mean_rotation, seen_from, with_landmarks
+from mocap_skel.angles.neutral import STILL, Static, mean_rotation, seen_from, with_landmarks
 from mocap_skel.angles.places import HingeAxis, Place, Source, Surveyed
 from mocap_skel.angles.sequences import (
     about_their_mean,
@@ -314,6 +314,11 @@ def _static_notes(neutral: Static, joints: Iterable[JointAngles]) -> list[str]:
     notes = []
     if without:
         notes.append(f"the static clip gives no neutral pose of {listed(without)}")
+    if neutral.restless:
+        notes.append(
+            f"the person does not stand still in the static clip, where these joints turn by more than {STILL:g} degrees, "
+            f"and the mean of that is their zero: {listed(neutral.restless)}"
+        )
     if neutral.doubtful:
         notes.append(
             f"markers of {listed(neutral.doubtful)} lie otherwise in the static clip: its neutral pose is in doubt"

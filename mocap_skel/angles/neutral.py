@@ -14,6 +14,9 @@ from mocap_skel.skeleton_fit import SegmentFit, SkeletonFit
 # Metres, root mean square of a segment's markers about their places, from which they may have been put on anew. Picked by eye
 # between what skin does (a centimetre, Leardini 2005, Gait Posture 21, 212) and another place; only a note hangs on it.
 MOVED = 0.015
+# Degrees, median turn of a joint away from its mean, from which the person does not stand still. Picked by eye: standing
+# people sway by one or two, and a movement that shows a joint turns it by tens; only a note hangs on it.
+STILL = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +27,14 @@ class Static:
         turns: segment → (frames, 3, 3) in the static clip, of the axes that the segment has in the other clip.
         landmarks: segment → marker → place (3,) in those axes, of markers that only the static clip has.
         doubtful: segments whose markers lie otherwise than in the other clip.
+        restless: joints that turn in the static clip.
         up: the static clip's vertical axis.
     """
 
     turns: Mapping[str, Array]
     landmarks: Mapping[str, Mapping[str, Array]]
     doubtful: tuple[str, ...]
+    restless: tuple[str, ...]
     up: str
 
 
@@ -63,7 +68,25 @@ def seen_from(fit: SkeletonFit, static: SkeletonFit) -> Static:
         if off > MOVED:
             doubtful.append(name)
     turns = {name: pose.rotation for name, pose in poses.items()}
-    return Static(turns, landmarks, tuple(doubtful), static.up)
+    restless = tuple(
+        joint.joint
+        for joint in fit.joints
+        if joint.parent in turns
+        and joint.child in turns
+        and _turning(turns[joint.parent], turns[joint.child]) > STILL
+    )
+    return Static(turns, landmarks, tuple(doubtful), restless, static.up)
+
+
+def _turning(parent: Array, child: Array) -> float:
+    """Median turn of a child in its parent away from the mean, degrees; 0 where they are never seen together."""
+    between = parent.transpose(0, 2, 1) @ child
+    mean = mean_rotation(between)
+    if mean is None:
+        return 0.0
+    # The trace of a rotation by an angle is 1 + 2 cos(angle).
+    cosine = (np.einsum("ij,fij->f", mean, between) - 1.0) / 2.0
+    return float(np.degrees(np.arccos(np.clip(np.nanmedian(cosine), -1.0, 1.0))))
 
 
 def _laid(

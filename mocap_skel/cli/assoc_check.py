@@ -8,7 +8,7 @@ from typing import Unpack
 
 import click
 
-from mocap_skel.cli import options, say
+from mocap_skel.cli import options, say, warn
 from mocap_skel.cli.jobs import Looked, looked_at
 
 
@@ -29,11 +29,12 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     from mocap_skel.labels.association import associate
     from mocap_skel.report.check_table import check_row, check_table
     from mocap_skel.results.marker_check import check_association
+    from mocap_skel.text import visible
 
     read, job = looked_at(clip, told)
     named = job.named(read)
     if job.association is None:
-        click.echo(f"mocap-skel: {clip}: {named.notes[-1]}", err=True)
+        warn(f"{clip}: {named.notes[-1]}")
     # A part of the body is a subject that the call need not know.
     subject = None if len(named.associations) > 1 else told["subject"]
     pairs = [(a, x) for a in named.associations for x in associate(named.clip, a, subject)]
@@ -43,7 +44,7 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
             for one in check.markers:
                 say(json.dumps(check_row(one, str(clip)), allow_nan=False))
         else:
-            say(check_table(check, str(clip)))
+            say(check_table(check, visible(str(clip))))
         for note in assignment.mismatches(association):
-            click.echo(f"mocap-skel: {clip}: {note}", err=True)
+            warn(f"{clip}: {note}")
     return 0

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mocap_skel.cli import options, say
+from mocap_skel.cli import options, say, warn
 from mocap_skel.errors import CallError
 
 if TYPE_CHECKING:
@@ -69,6 +69,7 @@ def guess(
     from mocap_skel.labels.guess import repeated
     from mocap_skel.labels.subjects import with_subjects
     from mocap_skel.pipeline.limits import limited
+    from mocap_skel.pipeline.telling import wrote
     from mocap_skel.readers import read_clip
 
     how = repeated(subject, unit, rate, salvage=salvage, mirror=mirror, clip_up=clip_up)
@@ -97,11 +98,11 @@ def guess(
         for row in rows:
             say(json.dumps({"clip": str(clip), **row}, allow_nan=False))
     elif paths:
-        say(f"wrote {', '.join(map(str, paths))}")
+        say(wrote(paths))
     else:
         say(texts[0], nl=False)
     if not quiet:
-        click.echo(f"mocap-skel: {clip}: {note}", err=True)
+        warn(f"{clip}: {note}")
     return 0
 
 

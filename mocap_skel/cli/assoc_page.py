@@ -7,7 +7,7 @@ from typing import Unpack
 
 import click
 
-from mocap_skel.cli import options, say
+from mocap_skel.cli import options, say, warn
 from mocap_skel.cli.jobs import Looked, looked_at
 
 
@@ -30,25 +30,19 @@ def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpa
     mocap-skel fit CLIP --assoc map.txt
     """
     from mocap_skel.export.files import check_free, write_all
-    from mocap_skel.labels.subjects import with_subjects
+    from mocap_skel.pipeline.page_start import page_start
+    from mocap_skel.pipeline.telling import wrote
     from mocap_skel.report.assoc_page import assoc_page
-    from mocap_skel.results.assoc_start import start_from_file, start_from_guess
-    from mocap_skel.results.upright import upright_by_names
     from mocap_skel.text import counted
 
     inputs = [clip, *(Path(n) for n in (told["association"], told["skeleton"]) if n)]
     check_free([output], overwrite, inputs)
-    read, job = looked_at(clip, told)
-    read = upright_by_names(with_subjects(read, job.association), job.subject)
-    if job.association is None:
-        start = start_from_guess(read, told["skeleton"], job.subject, job.how)
-    else:
-        start = start_from_file(read, job.association, job.subject)
+    read, start = page_start(*looked_at(clip, told), told["skeleton"])
     write_all({output: assoc_page(read, start)}, overwrite, inputs)
-    say(f"wrote {output}")
+    say(wrote([output]))
     if not quiet:
-        click.echo(f"mocap-skel: {clip}: {start.said}", err=True)
+        warn(f"{clip}: {start.said}")
         if start.doubts:
             doubts = counted(len(start.doubts), "doubt")
-            click.echo(f"mocap-skel: {clip}: {doubts}, listed on the page", err=True)
+            warn(f"{clip}: {doubts}, listed on the page")
     return 0

@@ -150,18 +150,18 @@ def command(
         formats=chosen, folder=folder, overwrite=overwrite, strict=strict,
     )  # fmt: skip
     rules = Rules(resume, skip_existing, fail_fast, known)
-    who = _engine(engine, scheduler, jobs)
+    who = _engine(engine, scheduler, jobs, len(places))
     return run(places, job, rules, who, as_json=as_json, quiet=quiet)
 
 
-def _engine(name: str, scheduler: str | None, jobs: int | None) -> Engine:
+def _engine(name: str, scheduler: str | None, jobs: int | None, clips: int) -> Engine:
     if name == "dask" and scheduler is not None:
         from mocap_skel.pipeline.cluster import Dask
 
         return Dask(scheduler, jobs)
     from mocap_skel.pipeline.engine import Local
 
-    return Local(jobs or _cores())
+    return Local(min(jobs or _cores(), clips))
 
 
 def _read_job(ctx: click.Context, path: Path | None) -> None:

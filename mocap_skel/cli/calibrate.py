@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Unpack
 
 import click
 
-from mocap_skel.cli import FAILED, complain, options, say
+from mocap_skel.cli import FAILED, complain, options, say, warn
 from mocap_skel.cli.jobs import Told, job_of
 from mocap_skel.errors import CallError
 
@@ -69,15 +69,16 @@ def command(
     for failure in done.failed:
         complain(failure)
     for note in [] if quiet else done.notes:
-        click.echo(f"mocap-skel: {note}", err=True)
+        warn(note)
     write_all({output: calibration_json(done.calibration, done.joints)}, overwrite, job.inputs)
     if as_json:
         _print_json(done)
     else:
+        from mocap_skel.pipeline.telling import wrote
         from mocap_skel.report.terminal import calibration_table
 
         say(calibration_table(done, wide=wide))
-        say(f"wrote {output}")
+        say(wrote([output]))
     return FAILED if done.failed else 0
 
 

@@ -8,8 +8,9 @@ from typing import Unpack
 
 import click
 
-from mocap_skel.cli import FAILED, complain, options, say
+from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, options, say, warn
 from mocap_skel.cli.jobs import Told, job_of
+from mocap_skel.errors import CallError, MocapSkelError
 
 
 @click.command(
@@ -58,6 +59,12 @@ def command(
 
     For --joint Knee, the files are Knee.cycles.csv (the means), Knee.cycles.each.csv (every cycle) and
     Knee.cycles.png. The picture needs the extra 'plot': pip install 'mocap-skel[plot]'.
+
+    Each of several clips is fitted in a child process: one that fails, crashes or hangs is named, and the
+    cycles of the others are written.
+
+    Exit codes: 0 all done, 1 some clips failed, 2 wrong call or association file, 3 no clip has a cycle,
+    130 interrupted.
     """
     kind = "" if kind == "none" else kind
     if kind:
@@ -69,17 +76,24 @@ def command(
 
     names, stem = named_joints(joints)
     done = add_up(clips, job_of(told, clips), Wanted(names, stem, by, output, kind, overwrite))
-    for failure in done.failed:
+    debug = bool(click.get_current_context().find_root().obj)
+    failed = [e if isinstance(e, MocapSkelError) else bug(e, debug) for e in done.failed]
+    for failure in failed:
         complain(failure)
     for note in [] if quiet else done.notes:
-        click.echo(f"mocap-skel: {note}", err=True)
+        warn(note)
+    if not done.means:
+        return USAGE if all(isinstance(e, CallError) for e in failed) else NOTHING_FITTED
+    if failed:
+        warn(f"{len(failed)} of {len(clips)} clips failed")
     if as_json:
         for row in mean_rows(done.means):
             plain = {key: None if value != value else value for key, value in row.items()}
             say(json.dumps(plain, allow_nan=False))
     else:
+        from mocap_skel.pipeline.telling import wrote
         from mocap_skel.report.terminal import rows_table
 
         say(rows_table(stride_rows(done.means)))
-        say(f"wrote {', '.join(str(file) for file in done.files)}")
-    return FAILED if done.failed else 0
+        say(wrote(done.files))
+    return FAILED if failed else 0

@@ -7,7 +7,7 @@ from typing import Unpack
 
 import click
 
-from mocap_skel.cli import FAILED, complain, options, say
+from mocap_skel.cli import FAILED, complain, options, say, warn
 from mocap_skel.cli.jobs import Told, job_of
 from mocap_skel.errors import CallError
 
@@ -75,12 +75,13 @@ def command(
     # Better said before anything is loaded or read.
     extra("matplotlib.figure", "plot")
     from mocap_skel.pipeline.drawing import Drawing, draw
+    from mocap_skel.pipeline.telling import wrote
 
     wanted = Drawing(plot, frames, sheet or 0, view or "oblique", output, overwrite)
     done = draw(clip, job_of(told, [clip]), wanted)
     for failure in done.failed:
         complain(failure)
     for note in [] if quiet else done.notes:
-        click.echo(f"mocap-skel: {clip}: {note}", err=True)
-    say(f"wrote {done.file}")
+        warn(f"{clip}: {note}")
+    say(wrote([done.file]))
     return FAILED if done.failed else 0

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, say
+from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, is_closed, say, warn
 from mocap_skel.errors import CallError, MocapSkelError
 from mocap_skel.text import stem
 
@@ -75,7 +75,7 @@ class _Calls:
         for error in failed:
             self._complain(clip, error)
         for note in [] if self._quiet else notes:
-            click.echo(f"mocap-skel: {clip}: {note}", err=True)
+            warn(f"{clip}: {note}")
             if self.manner == "json":
                 from mocap_skel.pipeline.telling import note_row
 
@@ -87,8 +87,7 @@ class _Calls:
             return 0
         if written:
             if clips > 1:
-                said = f"mocap-skel: {len(self.failures)} of {clips} clips failed"
-                click.echo(said, err=True)
+                warn(f"{len(self.failures)} of {clips} clips failed")
             return FAILED
         wrong = all(isinstance(error, CallError) for error in self.failures)
         return USAGE if wrong else NOTHING_FITTED
@@ -177,6 +176,8 @@ def folder_of(output: str, suffixes: Iterable[str]) -> Path | None:
         CallError: it is the name of a file.
     """
     if output == "-":
+        if is_closed(sys.stdout):
+            raise CallError("-o -: standard output is closed", "give a folder")
         return None
     folder = Path(output)
     endings = {Path(f"walk{suffix}").suffix for suffix in suffixes}
@@ -200,7 +201,10 @@ def _send(path: Path, done: Done) -> None:
     if len(done.fits) > 1:
         names = ", ".join(fit.subject for fit in done.fits)
         raise CallError(f"{path}: -o - takes one subject", f"choose with --subject: {names}")
+    from mocap_skel.export.files import Pieces
+
     content = next(iter(done.files.values()))
     if isinstance(content, bytes) and sys.stdout.isatty():
         raise CallError(f"{path}: this format is not for a terminal", "redirect it: -o - > file")
-    say(content, nl=False)
+    for piece in content.make() if isinstance(content, Pieces) else (content,):
+        say(piece, nl=False)

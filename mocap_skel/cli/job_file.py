@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 import click
 
-from mocap_skel.errors import CallError, ours, refusals
-from mocap_skel.text import nearest, read_text
+from mocap_skel.errors import CallError, ours
+from mocap_skel.text import nearest, parse_toml, read_text
 
 
 def read_job(path: Path, command: click.Command) -> dict[str, Any]:
@@ -25,8 +24,8 @@ def read_job(path: Path, command: click.Command) -> dict[str, Any]:
     Raises:
         CallError: it cannot be read, or has what is no option.
     """
-    with ours(path, CallError, refusals((tomllib.TOMLDecodeError,), "no TOML")):
-        content = tomllib.loads(read_text(path, CallError))
+    content = parse_toml(path, read_text(path, CallError), CallError)
+    with ours(path, CallError):
         known = _options(command)
         found: dict[str, Any] = {}
         for key, value in content.items():

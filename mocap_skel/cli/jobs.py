@@ -58,7 +58,7 @@ def looked_at(path: Path, told: Looked) -> tuple[Clip, Job]:
 
     name, skeleton = told["association"], told["skeleton"]
     association = None if name is None else read_association(name, skeleton)
-    figure = read_skeleton(skeleton) if name is None and skeleton is not None else None
+    figure = None if skeleton is None else read_skeleton(skeleton)
     job = Job(
         association, subject=told["subject"], unit=told["unit"], rate=told["rate"],
         salvage=told["salvage"], mirror=told["mirror"], clip_up=told["clip_up"], figure=figure,
@@ -86,9 +86,8 @@ def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:
     from mocap_skel.pipeline.job import Job
 
     association = None if name is None else read_association(name, skeleton)
-    # Without an association file, names are guessed for the skeleton.
-    figure = read_skeleton(skeleton) if name is None and skeleton is not None else None
-    calibration = _calibration(told, association)
+    figure = None if skeleton is None else read_skeleton(skeleton)
+    calibration, association = _calibration(told, association)
     return Job(
         association=association, figure=figure, calibration=calibration,
         subject=told["subject"], sigma=told["sigma"], pose=told["pose"], method=told["method"],
@@ -117,18 +116,23 @@ def _measures(told: Told) -> dict[str, float]:
     return {**({} if path is None else read_measures(path)), **measures_of(said)}
 
 
-def _calibration(told: Told, association: Association | None) -> Calibration | None:
+def _calibration(
+    told: Told, association: Association | None
+) -> tuple[Calibration | None, Association | None]:
+    """The calibration; and the association, which is the calibration's own where the call names none."""
     path = told.get("calibration")
     if path is None:
-        return None
-    if association is None:
-        # Names that are guessed clip by clip need not be the same in another clip.
-        raise CallError("--calibration needs the --assoc that it was made with")
-    from mocap_skel.export.calibration_json import read_calibration
+        return None, association
+    from mocap_skel.export.calibration_json import check_figure, read_calibration
     from mocap_skel.joints.choices import check_method
+    from mocap_skel.labels.calibrated import association_of
 
     try:
         check_method(told["method"], told["noise"], told["sigma"], calibrated=True)
     except ValueError as error:
         raise CallError(str(error)) from error
-    return read_calibration(path, association.skeleton)
+    calibration = read_calibration(path)
+    # Names that are guessed clip by clip need not be the same in another clip.
+    association = association or association_of(calibration, path, told["skeleton"])
+    check_figure(path, calibration, association.skeleton)
+    return calibration, association

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, say
+from mocap_skel.cli import FAILED, NOTHING_FITTED, USAGE, bug, complain, say, warn
 from mocap_skel.errors import CallError, ExistsError, MocapSkelError
 from mocap_skel.pipeline.batch import Batch, Event, Fate, Rules, results_of
 from mocap_skel.text import counted
@@ -82,7 +82,7 @@ def run(
         _print_summary(rows, job.folder)
     fates, left = show.fates, len(places) - show.fates.total()
     if not quiet:
-        click.echo(f"mocap-skel: {_in_words(fates, left, time.monotonic() - since)}", err=True)
+        warn(_in_words(fates, left, time.monotonic() - since))
     if not show.trouble and not broken:
         return 0
     if show.written or fates[Fate.KEPT] or fates[Fate.SKIPPED]:
@@ -123,7 +123,7 @@ class _Shown:
     def end(self) -> None:
         """Say what was only counted."""
         if self._there > _NAMED:
-            click.echo(f"mocap-skel: error: {self._there - _NAMED} more exist already", err=True)
+            warn(f"error: {self._there - _NAMED} more exist already")
 
     def event(self, event: Event) -> None:
         """Show that the call is done with a clip."""
@@ -150,10 +150,9 @@ class _Shown:
         elif not self._quiet and time.monotonic() - self._last > _EVERY:
             self._last = time.monotonic()
             rate = self.fates.total() / (self._last - self._since)
-            click.echo(
-                f"mocap-skel: {self.fates.total()} of {counted(self._clips, 'clip')}, "
-                f"{self.fates[Fate.FAILED]} failed, {rate:.1f} a second",
-                err=True,
+            warn(
+                f"{self.fates.total()} of {counted(self._clips, 'clip')}, "
+                f"{self.fates[Fate.FAILED]} failed, {rate:.1f} a second"
             )
 
 
@@ -178,8 +177,9 @@ def _write_tables(
     manifest: Manifest, tables: tuple[Path, Path]
 ) -> tuple[list[dict[str, object]], MocapSkelError | None]:
     """Write manifest.csv and summary.csv; the rows of the latter, or why they cannot be written."""
-    from mocap_skel.export.files import write_all
+    from mocap_skel.export.files import put_all, stage_all, staging
     from mocap_skel.export.tables_csv import rows_csv
+    from mocap_skel.pipeline.placing import STAGE
     from mocap_skel.pipeline.summary import clip_row, summary
 
     if not len(manifest):
@@ -189,11 +189,9 @@ def _write_tables(
         contents = {tables[0]: rows_csv([clip_row(line) for line in manifest.lines()])}
         if rows:
             contents[tables[1]] = rows_csv(rows)
-        # Names that are no text, in a file that is.
-        encoded = {
-            path: text.encode("utf-8", "backslashreplace") for path, text in contents.items()
-        }
-        write_all(encoded, overwrite=True)
+        # What is half written is found by the next batch, and goes away.
+        with staging(manifest.folder, STAGE) as stage:
+            put_all(stage_all(contents, stage), overwrite=True)
     except MocapSkelError as error:
         return [], error
     return rows, None
@@ -201,13 +199,12 @@ def _write_tables(
 
 def _print_summary(rows: Sequence[dict[str, object]], folder: Path) -> None:
     from mocap_skel.pipeline.summary import HEAD, in_words
+    from mocap_skel.pipeline.telling import wrote
     from mocap_skel.report.terminal import table
 
     if rows:
         say(table(HEAD, list(in_words(rows)), frozenset({0})))
-        say(
-            f"wrote {folder / 'manifest.jsonl'}, {folder / 'manifest.csv'}, {folder / 'summary.csv'}"
-        )
+        say(wrote(folder / name for name in ("manifest.jsonl", "manifest.csv", "summary.csv")))
 
 
 def _in_words(fates: Counter[Fate], left: int, seconds: float) -> str:

@@ -158,7 +158,7 @@ prior = click.option(
 calibration = click.option(
     "--calibration", metavar="FILE", type=click.Path(path_type=Path),
     help="What other clips of the actor know of the joints, from mocap-skel calibrate; the clip's own "
-    "movement adds to it.",
+    "movement adds to it. Without --assoc, the markers are named as they were there.",
 )  # fmt: skip
 measure = click.option(
     "--measure", "measure", multiple=True, metavar="NAME=LENGTH",

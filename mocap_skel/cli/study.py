@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import click
 
-from mocap_skel.cli import options, say
+from mocap_skel.cli import options, say, warn
 from mocap_skel.cli.jobs import Told, job_of
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def resample(
         "Deviation against the number of samples (thesis figure 24)": "power_law",
     }
     for note in [] if told["quiet"] else found.notes:
-        click.echo(f"mocap-skel: {clip}: {note}", err=True)
+        warn(f"{clip}: {note}")
     return _show(found, tables, told["as_json"])
 
 
@@ -186,15 +186,16 @@ def _show(found: Findings, tables: dict[str, str], as_json: bool) -> int:
     if as_json:
         for name in tables.values():
             for row in found.tables[name]:
-                say(json.dumps({"table": name, **_plain(row)}, allow_nan=False, ensure_ascii=False))
+                say(json.dumps({"table": name, **_plain(row)}, allow_nan=False))
         return 0
+    from mocap_skel.pipeline.telling import wrote
     from mocap_skel.report.terminal import rows_table
 
     for line in found.words:
         say(line)
     for title, name in tables.items():
         say(f"\n{title}\n{rows_table(found.tables[name])}")
-    say(f"\nwrote {', '.join(str(file) for file in found.files)}")
+    say(f"\n{wrote(found.files)}")
     return 0
 
 

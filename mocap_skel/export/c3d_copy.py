@@ -25,7 +25,7 @@ from mocap_skel.readers.units import metres_in
 from mocap_skel.results.tables import axis_ends, track_kinds
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
-from mocap_skel.text import counted, listed, stem
+from mocap_skel.text import counted, listed, printable, stem
 
 # Metres from a segment's origin to the tips of its axes.
 AXIS = 0.1
@@ -119,8 +119,7 @@ def _frames(found: Survey, clip: Clip, content: bytes) -> NDArray[np.uint8]:
     layout, section = found.layout, found.section
     hint = f"a copy would only carry the damage on; {_ELSEWHERE}"
     if section.faults:
-        # Names in it may hold what a terminal would obey.
-        fault = "".join(c if c.isprintable() else "?" for c in section.faults[0])
+        fault = printable(section.faults[0])
         raise ExportError(f"damaged parameters ({fault}) are not written anew", hint)
     if found.base:
         raise ExportError(f"{found.base} zeros stand before its header", hint)

@@ -16,14 +16,22 @@ from mocap_skel.joints.calibration import (
     Calibration,
     ClipEvidence,
     JointEvidence,
+    Labels,
     Template,
 )
 from mocap_skel.joints.evidence import Evidence
 from mocap_skel.joints.two_sided import SharedPoint
 from mocap_skel.segments.pose import Array
 from mocap_skel.spherefit import Moments
+from mocap_skel.text import check_values, read_text, unreadable
 
 FORMAT = "mocap-skel calibration 1"
+LARGEST = 1 << 29
+"""Bytes of a file that is read: one clip with all markers of a body has about 60,000. Picked by eye."""
+# What is larger than any sum over a clip of numbers of metres, and still far from what a computer can hold.
+_BEYOND = 1e30
+# Of its largest entry: what rounding leaves of the symmetry of a matrix, and of an eigenvalue that is 0.
+_ROUNDED = 1e-9
 _MOMENTS: dict[str, tuple[int, ...]] = {
     "count": (), "mean": (3,), "covariance": (3, 3), "third": (3,), "fourth": (),
 }  # fmt: skip
@@ -38,10 +46,20 @@ def calibration_json(calibration: Calibration, joints: Sequence[CalibratedJoint]
         "format": FORMAT,
         "skeleton": calibration.skeleton,
         "unit": "m",
+        "labels": _labels(calibration.labels),
         "joints": {j.joint.joint: _summary(j) for j in joints},
         "clips": [_clip(clip) for clip in calibration.clips],
     }
     return _laid_out(content) + "\n"
+
+
+def _labels(labels: Labels | None) -> dict[str, Any] | None:
+    if labels is None:
+        return None
+    return {
+        "source": labels.source, "figure": labels.figure, "ignored": list(labels.ignored),
+        "markers": {label: list(marker) for label, marker in labels.markers.items()},
+    }  # fmt: skip
 
 
 def _summary(found: CalibratedJoint) -> dict[str, Any]:
@@ -112,8 +130,10 @@ def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibratio
         CallError: there is no such file, it is no calibration, of another figure, or something in it is
             wrong; the message says where.
     """
+    text = read_text(path, CallError, LARGEST)
     with ours(path, CallError, dict.fromkeys((ValueError, RecursionError), _no_calibration)):
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(text)
+    check_values(content, path, CallError)
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         found = content.get("format") if isinstance(content, dict) else None
         raise CallError(
@@ -121,15 +141,10 @@ def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibratio
             "mocap-skel calibrate writes one",
         )
     door = _Door(path)
-    door.keys(content, {"format", "skeleton", "unit", "joints", "clips"}, "the file")
+    door.keys(content, {"format", "skeleton", "unit", "labels", "joints", "clips"}, "the file")
     if content["unit"] != "m":
         raise door.wrong("unit", f"must be 'm', got {content['unit']!r}")
     name = door.text(content["skeleton"], "skeleton")
-    if skeleton is not None and name != skeleton.name:
-        raise CallError(
-            f"{path}: is of the skeleton {name!r}, not of {skeleton.name!r}",
-            "calibrate with the same association file and --skeleton",
-        )
     clips = tuple(
         door.clip(entry, f"clips[{i}]")
         for i, entry in enumerate(door.a(content["clips"], list, "clips"))
@@ -138,18 +153,34 @@ def read_calibration(path: Path, skeleton: Skeleton | None = None) -> Calibratio
     for i, digest in enumerate(digests):
         if digest in digests[:i]:
             raise door.wrong(f"clips[{i}].digest", "is that of another clip: it would count twice")
+    calibration = Calibration(name, clips, door.labels(content["labels"], "labels"))
     if skeleton is not None:
-        _check_known(path, clips, skeleton)
-    return Calibration(name, clips)
+        check_figure(path, calibration, skeleton)
+    return calibration
 
 
 def _no_calibration(error: Exception) -> tuple[str, str]:
-    return f"is no calibration: {error}", "mocap-skel calibrate writes one"
+    return f"is no calibration: {unreadable(error)}", "mocap-skel calibrate writes one"
 
 
-def _check_known(path: Path, clips: Sequence[ClipEvidence], skeleton: Skeleton) -> None:
+def check_figure(path: Path, calibration: Calibration, skeleton: Skeleton) -> None:
+    """Raise an error if a calibration is not of a figure.
+
+    Args:
+        path: of its file, for the message.
+        calibration: what was read.
+        skeleton: the figure that it is to be used for.
+
+    Raises:
+        CallError: it is of another figure, or has joints that this one does not have.
+    """
+    if calibration.skeleton != skeleton.name:
+        raise CallError(
+            f"{path}: is of the skeleton {calibration.skeleton!r}, not of {skeleton.name!r}",
+            "calibrate with the same association file and --skeleton",
+        )
     joints = {s.joint: s for s in skeleton.segments if s.joint}
-    for clip in clips:
+    for clip in calibration.clips:
         for name, joint in clip.joints.items():
             own = joints.get(name)
             if own is None or (own.parent, own.name) != (joint.parent, joint.child):
@@ -187,10 +218,20 @@ class _Door:
     def numbers(self, value: Any, shape: tuple[int, ...], where: str) -> Array:
         try:
             found = np.array(value, dtype=np.float64)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             found = np.empty(0)
-        if found.shape != shape or not np.isfinite(found).all():
+        if found.shape != shape or not (np.abs(found) < _BEYOND).all():
             raise self.wrong(where, f"must be numbers of shape {shape}, got {value!r:.40}")
+        return found
+
+    def spread(self, value: Any, where: str) -> Array:
+        """A variance in all directions: symmetric, and none of its eigenvalues negative."""
+        found = self.numbers(value, (3, 3), where)
+        rounded = _ROUNDED * np.abs(found).max()
+        if np.abs(found - found.T).max() > rounded:
+            raise self.wrong(where, "must be symmetric")
+        if np.linalg.eigvalsh(found)[0] < -rounded:
+            raise self.wrong(where, "must have no negative eigenvalue: it is a variance")
         return found
 
     def not_negative(self, value: Any, where: str) -> float:
@@ -198,6 +239,24 @@ class _Door:
         if found < 0:
             raise self.wrong(where, f"must not be negative, got {found:g}")
         return found
+
+    def labels(self, entry: Any, where: str) -> Labels | None:
+        if entry is None:
+            return None
+        self.keys(entry, {"source", "figure", "markers", "ignored"}, where)
+        markers = {}
+        for label, named in self.a(entry["markers"], dict, f"{where}.markers").items():
+            at = f"{where}.markers.{label}"
+            words = [self.text(word, at) for word in self.a(named, list, at)]
+            if len(words) != 2 or not all(words):
+                raise self.wrong(at, f"must be a marker and its segment, got {named!r:.40}")
+            markers[label] = words[0], words[1]
+        ignored = self.a(entry["ignored"], list, f"{where}.ignored")
+        return Labels(
+            self.text(entry["source"], f"{where}.source"),
+            self.text(entry["figure"], f"{where}.figure"),
+            markers, tuple(self.text(one, f"{where}.ignored") for one in ignored),
+        )  # fmt: skip
 
     def clip(self, entry: Any, where: str) -> ClipEvidence:
         wanted = {"clip", "subject", "frames", "rate", "digest", "segments", "joints"}
@@ -238,16 +297,21 @@ class _Door:
             self.keys(one, {*_MOMENTS, *_EVIDENCE}, f"{where}.markers.{name}")
             for key in ("count", "fourth", "effective", "smooth"):
                 self.not_negative(one[key], f"{where}.markers.{name}.{key}")
+            if one["smooth"] > 1 + _ROUNDED:
+                raise self.wrong(
+                    f"{where}.markers.{name}.smooth", "is a share: it must be 1 at most"
+                )
+            if one["effective"] > (1 + _ROUNDED) * one["count"]:
+                what = f"must not be more than its {one['count']:g} samples"
+                raise self.wrong(f"{where}.markers.{name}.effective", what)
         if not markers:
             raise self.wrong(f"{where}.markers", "is empty")
 
         def all_of(key: str, shape: tuple[int, ...]) -> Array:
-            return np.array(
-                [
-                    self.numbers(one[key], shape, f"{where}.markers.{name}.{key}")
-                    for name, one in markers.items()
-                ]
-            )
+            places = ((one[key], f"{where}.markers.{name}.{key}") for name, one in markers.items())
+            if shape == (3, 3):
+                return np.array([self.spread(*at) for at in places])
+            return np.array([self.numbers(value, shape, at) for value, at in places])
 
         moments = Moments(**{key: all_of(key, shape) for key, shape in _MOMENTS.items()})
         parts = {key: all_of(key, shape) for key, shape in _EVIDENCE.items()}
@@ -270,6 +334,6 @@ class _Door:
         self.keys(entry, {"centre", "turns", "residual"}, where)
         return SharedPoint(
             self.numbers(entry["centre"], (3,), f"{where}.centre"),
-            self.numbers(entry["turns"], (3, 3), f"{where}.turns"),
+            self.spread(entry["turns"], f"{where}.turns"),
             self.not_negative(entry["residual"], f"{where}.residual"),
         )

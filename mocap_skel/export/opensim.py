@@ -14,6 +14,7 @@ import numpy as np
 from mocap_skel.export.body_masses import Mass
 from mocap_skel.export.coordinates import CustomJoint, Figure
 from mocap_skel.export.euler import euler_angles
+from mocap_skel.export.storage_text import storage_text
 from mocap_skel.rig.kinematics import shortest_turn
 from mocap_skel.segments.pose import Array
 
@@ -69,15 +70,8 @@ def motion_text(name: str, titles: Sequence[str], values: Array, time: Array) ->
         values: (frames, coordinates).
         time: (frames,), seconds.
     """
-    head = (
-        f"{name}\nversion=1\nnRows={len(values)}\nnColumns={len(titles) + 1}\ninDegrees=yes\n\n"
-        "Units are S.I. units (second, meters, Newtons, ...)\n"
-        "Angles are in degrees.\n\nendheader\n"
-    )
-    row = "%.8f" + "\t%.8f" * len(titles) + "\n"
-    cells = np.column_stack([time, np.round(values, 8) + 0.0])
-    body: str = (row * len(values)) % tuple(cells.ravel().tolist())
-    return head + "\t".join(["time", *titles]) + "\n" + body
+    said = ["Units are S.I. units (second, meters, Newtons, ...)"]
+    return storage_text(name, titles, values, time, said=said)
 
 
 def _add(above: ET.Element, tag: str, text: str) -> None:

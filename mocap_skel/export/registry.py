@@ -8,7 +8,7 @@ the register.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -19,6 +19,7 @@ from mocap_skel.extras import extra
 
 if TYPE_CHECKING:
     from mocap_skel.clip import Clip
+    from mocap_skel.export.files import Content
     from mocap_skel.labels.association import Assignment
     from mocap_skel.rig.quality import Quality
     from mocap_skel.skeleton_fit import SkeletonFit
@@ -101,6 +102,7 @@ class Source:
         decided: what was decided about the file and its labels before the fit, one sentence each.
         command: the call, "" where there was none.
         static: the same subject in a static clip, whose mean pose is neutral for angles; None without one.
+        options: gives the version and all options that are no defaults.
     """
 
     clip: Clip
@@ -109,13 +111,14 @@ class Source:
     decided: tuple[str, ...] = ()
     command: str = ""
     static: SkeletonFit | None = None
+    options: Callable[[], Mapping[str, Any]] = dict
 
 
 @dataclass(frozen=True)
 class Rendered:
     """A format's files, suffix → content, the main one first, and what there is to say about them."""
 
-    files: dict[str, str | bytes]
+    files: Mapping[str, Content]
     notes: tuple[str, ...] = ()
 
 
@@ -216,7 +219,7 @@ def formats() -> Mapping[str, Format]:
     """Every format by its name: the default first, the others by name.
 
     >>> list(formats())
-    ['csv', 'angles', 'bvh', 'c3d', 'events', 'glb', 'osim', 'parquet', 'trc']
+    ['csv', 'about', 'angles', 'bvh', 'c3d', 'events', 'glb', 'mot', 'osim', 'parquet', 'sto', 'trc']
     >>> formats()["bvh"].suffixes
     ('.bvh',)
     """
@@ -268,6 +271,22 @@ def _checked(key: str, value: Any, has: Mapping[str, Mapping[str, OptionHelp]]) 
     if choices and value is not None and value not in choices:
         raise ValueError(f"{key} must be one of {choices}, got {value!r}")
     return value
+
+
+def told_of(chosen: Iterable[Chosen]) -> dict[str, dict[str, Any]]:
+    """What formats are told that is no default: the format's name → option → value.
+
+    >>> told_of(choose(["c3d", "csv"], axes=True))
+    {'c3d': {'axes': True}, 'csv': {}}
+    """
+    return {
+        one.format.name: {
+            key: value
+            for key, value in asdict(one.options).items()
+            if value != getattr(type(one.options)(), key)
+        }
+        for one in chosen
+    }
 
 
 def owners() -> list[tuple[str, dict[str, Format]]]:

@@ -8,9 +8,10 @@ from typing import Any
 
 from mocap_skel.clip import Clip
 from mocap_skel.export.files import safe_name, write_all
-from mocap_skel.export.registry import Source, choose
+from mocap_skel.export.registry import Source, choose, told_of
 from mocap_skel.skeleton_fit import SkeletonFit
 from mocap_skel.text import stem
+from mocap_skel.version import __version__
 
 
 def write_fit(
@@ -30,7 +31,7 @@ def write_fit(
         clip: what it was fitted to, as `read_clip` gave it; the files are named after it. It is never
             written over.
         folder: where they go; it is made if it is not there.
-        formats: the name of a format, or several: csv, angles, bvh, c3d, events, glb, osim, parquet, trc.
+        formats: the name of a format, or several: csv, about, angles, bvh, c3d, events, glb, osim, parquet, trc.
         overwrite: whether existing files may be replaced.
         static: the same subject in a static clip, whose mean pose is neutral for angles.
         told: what the formats can be told, the fields of their options: up="y", axes=True ... Lengths are
@@ -56,7 +57,8 @@ def write_fit(
     """
     chosen = choose(formats, **told)
     path = Path(clip.name)
-    source = Source(clip, path, static=static)
+    made = {"version": __version__, "formats": told_of(chosen)}
+    source = Source(clip, path, static=static, options=lambda: made)
     stem = stem_of(path, clip, fit.subject)
     contents = {
         Path(folder) / f"{stem}{suffix}": content

@@ -4,36 +4,42 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
 
 import numpy as np
 
 from mocap_skel.angles.joint_angles import Angles
+from mocap_skel.export.decimals import frame_rows
+from mocap_skel.export.files import Pieces
 from mocap_skel.results.angle_tables import angle_columns
-from mocap_skel.results.tables import JOINT_COLUMNS, joint_rows, track_columns
+from mocap_skel.results.tables import JOINT_COLUMNS, joint_rows
 from mocap_skel.segments.pose import Array
 from mocap_skel.skeleton_fit import SkeletonFit
+from mocap_skel.text import visible
 
 
-def skeleton_csv(fit: SkeletonFit) -> str:
+def skeleton_csv(fit: SkeletonFit) -> Pieces:
     """One row a frame: frame, time, three columns a track; metres to the micrometre, missing = empty."""
-    return _frames_csv(fit, *track_columns(fit), digits=6)
+    names, tracks = zip(*fit.tracks(), strict=True)
+    titles = [f"{name}_{axis}" for name in names for axis in "xyz"]
+    return _frames_csv(fit, titles, tracks, digits=6)
 
 
-def angles_csv(angles: Angles) -> str:
+def angles_csv(angles: Angles) -> Pieces:
     """One row a frame: frame, time, three columns a joint; degrees to four digits, missing = empty."""
-    return _frames_csv(angles, *angle_columns(angles), digits=4)
+    names, values = angle_columns(angles)
+    return _frames_csv(angles, names, [values], digits=4)
 
 
 def _frames_csv(
-    of: SkeletonFit | Angles, names: Sequence[str], values: Array, *, digits: int
-) -> str:
-    # One format for the whole table is several times as fast as a writer that sees single cells.
-    # Rounding first and adding zero keeps "-0.000000" out.
-    row = "%d,%.6f" + f",%.{digits}f" * len(names) + "\n"
-    columns = np.column_stack([of.frame_numbers, of.time, np.round(values, digits) + 0.0])
-    body = (row * len(columns)) % tuple(columns.ravel().tolist())
-    return _csv([["frame", "time", *names]]) + body.replace("nan", "")
+    of: SkeletonFit | Angles, names: Sequence[str], columns: Sequence[Array], *, digits: int
+) -> Pieces:
+    head = _csv([["frame", "time", *names]])
+    return Pieces(
+        lambda: chain([head], frame_rows(of.frame_numbers, of.time, columns, digits, ","))
+    )
 
 
 def joints_csv(fit: SkeletonFit) -> str:
@@ -56,8 +62,33 @@ def _exact(value: object) -> object:
 
 def _csv(rows: Iterable[Iterable[object]]) -> str:
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
+    csv.writer(text, lineterminator="\n").writerows(
+        [_harmless(cell) for cell in row] for row in rows
+    )
     return text.getvalue()
+
+
+def _harmless(cell: object) -> object:
+    r"""A cell that no spreadsheet takes for a formula, and no terminal for a command: names come out of files.
+
+    >>> _harmless("=1+1"), _harmless("-1.5"), _harmless("-"), _harmless("Left\x1b[2J")
+    ("'=1+1", '-1.5', '-', 'Left\\x1b[2J')
+    """
+    if not isinstance(cell, str):
+        return cell
+    formula = cell[:1] in _FORMULA and len(cell) > 1 and not _numbers(cell)
+    return visible(f"'{cell}" if formula else cell)
+
+
+# What a cell begins with that spreadsheets calculate (OWASP, "CSV Injection").
+_FORMULA = ("=", "+", "-", "@")
+
+
+def _numbers(cell: str) -> bool:
+    try:
+        return all(math.isfinite(float(word)) for word in cell.split())
+    except ValueError:
+        return False
 
 
 def _cell(value: object) -> object:

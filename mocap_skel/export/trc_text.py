@@ -6,12 +6,14 @@ Format: OpenSim documentation, Marker (.trc) Files; the reader is OpenSim's TRCF
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.clip import UPS, turn_between
+from mocap_skel.export.decimals import frame_rows
+from mocap_skel.export.files import Pieces
 from mocap_skel.segments.pose import Array
 
 
@@ -38,22 +40,22 @@ def axes_note(before: str, after: str) -> str:
 def trc_text(
     name: str,
     titles: Sequence[str],
-    values: Array,
+    tracks: Sequence[Array],
     numbers: NDArray[np.int64],
     times: Array,
     rate: float,
-) -> str:
+) -> Pieces:
     """Tracks as TRC: metres, missing = empty.
 
     Args:
         name: of the file.
         titles: of the tracks, one word each.
-        values: (frames, 3 x tracks), metres, NaN = missing.
+        tracks: (frames, 3) each, metres, NaN = missing.
         numbers: (frames,) the frames' own.
         times: (frames,) seconds.
         rate: frames a second.
     """
-    frames, count = len(values), len(titles)
+    frames, count = len(numbers), len(titles)
     first, speed = int(numbers[0]), f"{rate:.10g}"
     head = {
         "DataRate": speed, "CameraRate": speed, "NumFrames": frames, "NumMarkers": count,
@@ -68,10 +70,12 @@ def trc_text(
         ["", "", *axes],
         [],
     ]
-    # As in skeleton.csv: one format for the whole table, and no "-0.000000".
-    row = "%d\t%.6f" + "\t%.6f" * values.shape[1] + "\n"
-    cells = np.column_stack([numbers, times, np.round(values, 6) + 0.0])
-    body: str = (row * frames) % tuple(cells.ravel().tolist())
-    # OpenSim does not count the last cell of a row that is empty.
-    body = body.replace("nan", "").replace("\t\n", "\t\t\n")
-    return "".join("\t".join(line) + "\n" for line in lines) + body
+    text = "".join("\t".join(line) + "\n" for line in lines)
+
+    def pieces() -> Iterator[str]:
+        yield text
+        for some in frame_rows(numbers, times, tracks, 6, "\t"):
+            # OpenSim does not count the last cell of a row that is empty.
+            yield some.replace("\t\n", "\t\t\n")
+
+    return Pieces(pieces)

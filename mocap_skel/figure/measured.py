@@ -133,7 +133,8 @@ def _hinge(
     # A prior without a landmark starts from the middles of the segments' markers, and no marker's radius counts.
     if not mean:
         return shift
-    by = depths.get(mean[0], shift.by * size + radius - RADIUS) / size
+    known = depths.get(mean[0])
+    by = shift.by + (radius - RADIUS) / size if known is None else known / size
     (far, *others) = shift.toward
     if far in depths and not others:
         beside = depths[far] / size

@@ -36,7 +36,7 @@ class Shift:
         hanging: for a hinge: two landmarks; the line from the first to the second points down. The farther the limb is
             from hanging along it, and the more it is bent, the less `straight` counts.
         plane: for a hinge: whether the child bends in a plane, so that what leaves the plane is skin that turns the
-            parent's markers about its length, and tells nothing of the joint along the hinge.
+            parent's markers about its length.
         sd: metres by which the step's length is off, beside the prior's own error.
     """
 

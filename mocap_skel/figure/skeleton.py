@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
 from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
@@ -11,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from mocap_skel.errors import SkeletonError, Told, ours
+from mocap_skel.errors import SkeletonError, ours
 from mocap_skel.figure.prior_tables import (
     Prior,
     read_landmarks,
@@ -20,9 +18,9 @@ from mocap_skel.figure.prior_tables import (
     read_sizes,
 )
 from mocap_skel.figure.rest_keys import REST_KEYS, Vector, read_rest
-from mocap_skel.figure.toml_checks import is_a, known_keys, names, number
+from mocap_skel.figure.toml_checks import a_name, is_a, known_keys, names, number
 from mocap_skel.figure.toml_places import Places
-from mocap_skel.text import listed, nearest, read_text
+from mocap_skel.text import listed, nearest, parse_toml, printable, read_text
 
 SHIPPED = Path(__file__).parent / "skeletons"
 STANDARD = "human"
@@ -156,8 +154,7 @@ def _shipped(name: str) -> Skeleton:
 def _read(path: Path, readers: tuple[Path, ...] = ()) -> Skeleton:
     """Read a file; `readers` are those that it is read for, since they are `like` it."""
     text = read_text(path, SkeletonError)
-    with ours(path, SkeletonError, {tomllib.TOMLDecodeError: _toml_problem(path, text)}):
-        data = tomllib.loads(text)
+    data = parse_toml(path, text, SkeletonError)
     return _build(data, Places(path, text), (*readers, path.resolve()))
 
 
@@ -175,19 +172,6 @@ def shipped_with_root(seen: Collection[str]) -> list[str]:
     return [name for name, count in counts.items() if count == max(counts.values())]
 
 
-def _toml_problem(path: Path, text: str) -> Told:
-    """What tomllib says of a text that is no TOML, with the place in front."""
-
-    def told(error: tomllib.TOMLDecodeError) -> tuple[str, None]:
-        found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", str(error), re.S)
-        if found:
-            return f"{path}:{found[2]}:{found[3]}: {found[1]}", None
-        what = str(error).removesuffix(" (at end of document)")
-        return f"{path}:{text.count(chr(10)) + 1}:1: {what}", None
-
-    return told
-
-
 def _build(data: dict[str, Any], places: Places, readers: tuple[Path, ...]) -> Skeleton:
     """The skeleton of a file's data, checked."""
     known_keys(data, {"name", "like", "landmarks", "sizes", "measures", "segment"}, places, None)
@@ -196,7 +180,7 @@ def _build(data: dict[str, Any], places: Places, readers: tuple[Path, ...]) -> S
         raise SkeletonError(f"{places.of(None)}: no [[segment]] in it")
     segments = [_segment(entry, places, i) for i, entry in enumerate(entries)]
     _check_tree(segments, places)
-    name = is_a(data.get("name", places.path.stem), str, places.of(None, "name"), "name: a text")
+    name = a_name(data.get("name", printable(places.path.stem)), places.of(None, "name"), "name")
     landmarks, sizes = read_landmarks(data, places), read_sizes(data, places)
     measures = read_measured(data, places)
     if "like" in data:
@@ -212,7 +196,7 @@ def _model(name: Any, places: Places, readers: tuple[Path, ...]) -> Skeleton:
     """The skeleton that a file is `like`: a file beside it, or a shipped one by its name."""
     here = places.of(None, "like")
     beside = places.path.parent / is_a(name, str, here, "like: the name of a skeleton")
-    with ours(here, SkeletonError):
+    with ours(str(here), SkeletonError):
         path = beside if beside.is_file() else SHIPPED / f"{name}.toml"
         there = path.is_file()
     if not there:
@@ -241,7 +225,7 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
     entry = is_a(entry, dict, here, "segment: a table")
     if "name" not in entry:
         raise SkeletonError(f"{here}: a segment without a name")
-    name = is_a(entry["name"], str, places.of(i, "name"), "name: a text")
+    name = a_name(entry["name"], places.of(i, "name"), "name")
     if not name:
         raise SkeletonError(f"{places.of(i, 'name')}: a segment without a name")
     known_keys(entry, SEGMENT_KEYS, places, i)
@@ -255,8 +239,8 @@ def _segment(entry: Any, places: Places, i: int) -> Segment:
     ends = names(entry.get("ends", []), places, i, "ends")
     _check_own(ends, markers, name, places, i, "ends")
     if parent is not None:
-        is_a(parent, str, places.of(i, "parent"), "parent: a text")
-        if not is_a(joint, str, places.of(i, "joint"), "joint: a text"):
+        a_name(parent, places.of(i, "parent"), "parent")
+        if not a_name(joint, places.of(i, "joint"), "joint"):
             raise SkeletonError(f"{places.of(i, 'joint')}: a joint without a name")
     priors = read_priors(entry.get("prior"), places, i)
     looseness = number(

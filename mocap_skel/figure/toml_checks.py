@@ -6,7 +6,7 @@ import math
 from typing import Any, TypeVar
 
 from mocap_skel.errors import SkeletonError
-from mocap_skel.figure.toml_places import Places
+from mocap_skel.figure.toml_places import Place, Places
 from mocap_skel.text import nearest
 
 T = TypeVar("T")
@@ -18,7 +18,9 @@ def names(value: Any, places: Places, i: int, key: str) -> tuple[str, ...]:
     Raises:
         SkeletonError: it is not.
     """
-    if not isinstance(value, list) or not all(isinstance(v, str) and v for v in value):
+    if not isinstance(value, list) or not all(
+        isinstance(v, str) and v and v.isprintable() for v in value
+    ):
         what = key.rpartition(".")[2]
         raise SkeletonError(
             f"{places.of(i, key)}: {what}: a list of names is needed, not {value!r}"
@@ -26,7 +28,7 @@ def names(value: Any, places: Places, i: int, key: str) -> tuple[str, ...]:
     return tuple(value)
 
 
-def is_a(value: Any, kind: type[T], where: str, what: str) -> T:
+def is_a(value: Any, kind: type[T], where: Place | str, what: str) -> T:
     """Check that a value is of a type; `what` names it in the error.
 
     Raises:
@@ -42,6 +44,17 @@ def is_a(value: Any, kind: type[T], where: str, what: str) -> T:
     if not isinstance(value, kind):
         raise SkeletonError(f"{where}: {what} is needed, not {value!r}")
     return value
+
+
+def a_name(value: Any, where: Place | str, what: str) -> str:
+    """Check that a value is a text that can be a name: on one line, and printable; `what` names it in the error.
+
+    Raises:
+        SkeletonError: it is not.
+    """
+    if not is_a(value, str, where, f"{what}: a text").isprintable():
+        raise SkeletonError(f"{where}: {what} {value!r} cannot be printed")
+    return str(value)
 
 
 def known_keys(
@@ -60,7 +73,7 @@ def known_keys(
             )
 
 
-def number(value: Any, where: str, what: str, *, positive: bool = False) -> float:
+def number(value: Any, where: Place | str, what: str, *, positive: bool = False) -> float:
     """Check that a value is a finite number; `what` is the sentence of the error.
 
     Raises:

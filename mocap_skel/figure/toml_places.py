@@ -13,8 +13,8 @@ class Places:
     r"""Lines and columns in a file of `[[segment]]` tables.
 
     >>> places = Places(Path("leg.toml"), 'name = "leg"\n[[segment]]\nname = "Thigh"\n')
-    >>> places.of(0, "name")
-    'leg.toml:3:1'
+    >>> print(places.of(0, "name"))
+    leg.toml:3:1
     """
 
     def __init__(self, path: Path, text: str, table: str = "segment") -> None:
@@ -25,8 +25,8 @@ class Places:
         header = re.compile(rf"^[ \t]*\[\[\s*{table}\s*\]\]", re.M)
         self._starts = [m.start() + m[0].index("[") for m in header.finditer(self._text)]
 
-    def of(self, entry: int | None, key: str = "", name: str | None = None) -> str:
-        """The place as ``path:line:column``, both from 1.
+    def of(self, entry: int | None, key: str = "", name: str | None = None) -> Place:
+        """The place, which prints as ``path:line:column``, both from 1.
 
         Args:
             entry: index of the table; None for the file's head.
@@ -34,6 +34,10 @@ class Places:
             name: a text within the key's value, such as one of a list. The last one is taken: of two that
                 are the same, the second is wrong.
         """
+        return Place(self, entry, key, name)
+
+    def look_up(self, entry: int | None, key: str, name: str | None) -> str:
+        """The text of a place; arguments as of `of`."""
         start, stop = self._block(entry)
         at = start
         for part in key.split(".") if key else ():
@@ -61,3 +65,13 @@ class Places:
             return 0, len(self._text)
         ends = [*self._starts[1:], len(self._text)]
         return self._starts[entry], ends[entry]
+
+
+class Place:
+    """A place in a file. It is looked up when it is printed, and of a file without an error none ever is."""
+
+    def __init__(self, places: Places, entry: int | None, key: str, name: str | None) -> None:
+        self._places, self._of = places, (entry, key, name)
+
+    def __str__(self) -> str:
+        return self._places.look_up(*self._of)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from mocap_skel.clip import Clip
 from mocap_skel.events import Event
-from mocap_skel.gait.contacts import find_contacts
 from mocap_skel.skeleton_fit import SkeletonFit
 
 BY = ("auto", "file", "found")
@@ -73,6 +72,9 @@ def foot_events(fit: SkeletonFit, clip: Clip, by: str = "auto") -> FootEvents:
     without = "the file has no foot events" if by != "found" else "events of the file do not count"
     if by == "file":
         return FootEvents(told.events, (without,))
+    # Events of the file alone need none of what it imports.
+    from mocap_skel.gait.contacts import find_contacts
+
     found = find_contacts(fit)
     events = tuple(sorted((*told.events, *found.events), key=lambda event: event.time))
     if not found.events:

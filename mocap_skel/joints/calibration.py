@@ -85,6 +85,23 @@ class ClipEvidence:
     joints: Mapping[str, JointEvidence]
 
 
+@dataclass(frozen=True)
+class Labels:
+    """Which label was which marker in the clips of a calibration: what an association file says, or was guessed.
+
+    Attributes:
+        source: the association file, or that it was guessed.
+        figure: the skeleton as `@skeleton` names it.
+        markers: label → (marker, segment).
+        ignored: shell patterns of the labels that were left out.
+    """
+
+    source: str
+    figure: str
+    markers: Mapping[str, tuple[str, str]]
+    ignored: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """What several clips know of one actor.
@@ -92,14 +109,16 @@ class Calibration:
     Attributes:
         skeleton: the figure's name.
         clips: one entry a clip.
+        labels: how the clips' markers were named; None where nobody says.
     """
 
     skeleton: str
     clips: tuple[ClipEvidence, ...]
+    labels: Labels | None = None
 
     def without(self, digest: str) -> Calibration:
         """Less a clip: what a clip knows itself counts once."""
-        return Calibration(self.skeleton, tuple(c for c in self.clips if c.digest != digest))
+        return replace(self, clips=tuple(c for c in self.clips if c.digest != digest))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from mocap_skel.joints.pooling import by_skin
 from mocap_skel.joints.posterior import Estimate, Posterior, combine, with_shared_point
 from mocap_skel.joints.priors import Expected
 from mocap_skel.joints.samples import Gathered, JointSamples, gather
-from mocap_skel.joints.skin import skin_error
+from mocap_skel.joints.skin import along_axis, skin_error
 from mocap_skel.joints.sphere import Sphere, fit_markers
 from mocap_skel.joints.verdicts import (
     LEAST_SPREAD,
@@ -149,10 +149,11 @@ def _posterior(sphere: Sphere, motion: Estimate, known: PriorKnowledge) -> Poste
         # The point that both segments share stays where it is in a frame that turns as it should.
         shared = None if frame.lost else sphere.evidence.shared
         found = with_shared_point(found, shared, skin.slide)
+        if known.expected.axis is not None:
+            found = found.widened(along_axis(sphere, skin, known.expected.axis))
         # Skin on a person who stands still moves the markers too, and shows nothing of the joint.
         moved = (sphere.weakest_sd / (LEAST_SPREAD * known.size)) ** 2
         found = Estimate(found.centre, found.covariance / np.clip(moved, LEAST_SHOWN, 1.0))
-        found = found.widened(known.expected.hidden)
     return combine(found, known.expected)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -117,6 +118,13 @@ def turning(parent: Pose, child: Pose, far: Array, middle: Array) -> Turning | N
     return Turning(spread, -axis * (cross / both if both > 0 else 0.0))
 
 
+class Inward(NamedTuple):
+    """Directions (..., 3) from a marker beside a hinge joint to the joint, and their covariance (..., 3, 3), radians²."""
+
+    direction: Array
+    covariance: Array
+
+
 def inward(
     above: Array | None,
     below: Array,
@@ -126,7 +134,7 @@ def inward(
     aside: float = 0.0,
     turn: Turning | None = None,
     straight: Array | None = None,
-) -> Array:
+) -> Inward:
     """Direction from a marker beside a hinge joint to the joint, square to the bones on both sides.
 
     With v the direction, the joint is at depth v from the marker; both bones are square to v, so that
@@ -147,30 +155,17 @@ def inward(
         straight: (..., 3), the way inward of a limb that hangs straight, not longer than 1.
 
     Returns:
-        (..., 3), unit vectors; NaN where marker and joints are all in one place, or one is missing.
+        Unit vectors (..., 3), NaN where marker and joints are all in one place, or one is missing; and their
+        covariance (..., 3, 3), radians².
 
     A right knee, x to the front, y to the left; the marker lies 5 cm outside the joint, and the ankle's
     marker is as far outside:
 
     >>> knee = Shift(hinge=1, by=0.05, toward=("RANK",), beside=0.05)
     >>> thigh, shank = np.array([0.0, -0.05, -0.4]), np.array([-0.4, 0.0, 0.0])
-    >>> inward(thigh, shank, knee, size=1.0).round(2) + 0.0
+    >>> inward(thigh, shank, knee, size=1.0).direction.round(2) + 0.0
     array([0., 1., 0.])
     """
-    return axis_inward(above, below, shift, size, swing, aside, turn, straight)[0]
-
-
-def axis_inward(
-    above: Array | None,
-    below: Array,
-    shift: Shift,
-    size: float,
-    swing: Array | float = 0.0,
-    aside: float = 0.0,
-    turn: Turning | None = None,
-    straight: Array | None = None,
-) -> tuple[Array, Array]:
-    """The direction of `inward`, and the covariance (..., 3, 3) of it, radians²; arguments as there."""
     depth, beside = shift.by * size, shift.beside * size
     bone, carrying = BONE_ERROR * size, CARRYING_ERROR * size
     known = np.asarray(np.isfinite(below).all(axis=-1))
@@ -196,7 +191,7 @@ def axis_inward(
             form, right, clues, 0.0 if straight is None else straight, alike
         )
         found = found / np.linalg.norm(found, axis=-1, keepdims=True)
-    return np.where(known[..., None], found, np.nan), error
+    return Inward(np.where(known[..., None], found, np.nan), error)
 
 
 def half_log_odds(away: Array) -> Array:

@@ -125,15 +125,8 @@ def expected_in(
         hanging,
         cluster,
         parent.joint_error,
-        _skin_turn(parent, prepared.noise.sigma),
     )
     return expected_joint(segment.priors, task.skeleton.landmarks, around)
-
-
-def _skin_turn(parent: Placed, sigma: float) -> float:
-    """Standard deviation, radians, of a segment's turn about its length by skin; one marker does not show it at all."""
-    shape = parent.posed.shape
-    return 1.0 if shape is None else float(np.sqrt(wobble(shape, sigma).skin))
 
 
 def _landmark(name: str, prepared: Prepared, task: Task) -> Array | None:

@@ -44,14 +44,15 @@ def with_shared_point(motion: Estimate, shared: SharedPoint | None, slide: float
 
     Both come from the same frames, so neither adds to what the other knows: each direction counts by
     its information, both with equal shares (covariance intersection, Julier & Uhlmann 1997). What skin leaves
-    of the point is a mean over the places that the turns cover, as for a sphere.
+    of the point is a mean over the places that the turns cover, less those that its own two places take, as for a
+    sphere.
 
     Args:
         motion: of the sphere fit.
         shared: the point, None where the segments have no poses of their own.
         slide: variance of skin's slide, which shifts it as it does the centre, m².
 
-    >>> motion = Estimate(np.array([0.02, 0.0, 0.0]), 1e-4 * np.eye(3))
+    >>> motion = Estimate(np.array([0.02, 0.0, 0.0]), 3e-4 * np.eye(3))
     >>> point = SharedPoint(np.zeros(3), turns=0.01 * np.eye(3), residual=1e-6)
     >>> with_shared_point(motion, point, slide=0.0).centre.round(3)
     array([0.01, 0.  , 0.  ])
@@ -59,7 +60,7 @@ def with_shared_point(motion: Estimate, shared: SharedPoint | None, slide: float
     if shared is None or not shared.residual > 0:
         return motion
     values, axes = np.linalg.eigh(shared.turns)
-    known = (axes * (values / (shared.residual / shared.places + slide * values))) @ axes.T
+    known = (axes * (values / (shared.residual / shared.left + slide * values))) @ axes.T
     first = np.linalg.inv(motion.covariance)
     both = np.linalg.inv(0.5 * (first + known))
     return Estimate(both @ (0.5 * (first @ motion.centre + known @ shared.centre)), both)

@@ -7,13 +7,14 @@ clip is looked at.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from mocap_skel.figure.prior_tables import Prior, Shift
 from mocap_skel.figure.skeleton import Skeleton
-from mocap_skel.joints.hinge import Turning, axis_inward
+from mocap_skel.joints.hinge import Turning, hinge_shift, inward
 from mocap_skel.segments.pose import Array
 from mocap_skel.spherefit import Moments
 
@@ -35,15 +36,24 @@ class Expected:
         covariance: (3, 3), m².
         landmarks: the markers that it rests on.
         source: the publication that the prior comes from, as the skeleton file names it.
-        hidden: (3, 3), m²: along the hinge, how far skin carries the child beside its plane, and so what the movement
-            shows there of the joint; 0 where it shows the joint in all directions.
+        axis: (3,), the direction from one side of a joint that bends to the other, about which it does so; None for
+            any other joint.
     """
 
     mean: Array
     covariance: Array
     landmarks: tuple[str, ...]
     source: str
-    hidden: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    axis: Array | None = None
+
+
+class _Place(NamedTuple):
+    """Where a prior has a joint: the place (3,), its markers, what an axis adds to its covariance, and that axis."""
+
+    mean: Array
+    used: tuple[str, ...]
+    unsure: Array
+    axis: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +73,6 @@ class Surroundings:
         cluster: the child's markers: their places (M, 3) in a frame of its own and their mean places (M, 3) in
             the parent, where the child has a pose.
         upper_error: standard deviation of `upper` in the direction in which it is known least.
-        skin_turn: standard deviation, radians, of the parent's turn about its length that skin makes.
     """
 
     places: Mapping[str, Array]
@@ -74,7 +83,6 @@ class Surroundings:
     hanging: Callable[[Shift, Array | None, Array], tuple[Array, float] | None] = lambda *_: None
     cluster: tuple[Array, Array] | None = None
     upper_error: float = 0.0
-    skin_turn: float = 0.0
 
 
 def subject_size(
@@ -128,15 +136,18 @@ def expected_joint(
     for prior in priors:
         found = _mean(prior, landmarks, around) if prior.mean else _between(prior, around)
         if found is not None:
-            covariance = (prior.sd * around.size) ** 2 * np.eye(3) + found.covariance
-            return replace(found, covariance=covariance)
+            sd = prior.sd * around.size
+            axis = found.axis if hinge_shift(priors) is not None else None
+            return Expected(
+                found.mean, sd**2 * np.eye(3) + found.unsure, found.used, prior.source, axis
+            )
     return None
 
 
 def _mean(
     prior: Prior, landmarks: Mapping[str, Sequence[Sequence[str]]], around: Surroundings
-) -> Expected | None:
-    """The place that a prior says, with the covariance of its steps alone; None if a landmark is missing."""
+) -> _Place | None:
+    """The place that a prior says; None if a landmark is missing."""
     used: dict[str, None] = {}
 
     def place(name: str) -> Array | None:
@@ -149,32 +160,31 @@ def _mean(
     points = [place(name) for name in prior.mean]
     if not points or any(p is None for p in points):
         return None
-    mean = np.mean([p for p in points if p is not None], axis=0)
-    total, unsure, hidden = np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3))
+    there = [p for p in points if p is not None]
+    mean = np.mean(there, axis=0)
+    axis = there[1] - there[0] if len(there) == 2 else None
+    total, unsure = np.zeros(3), np.zeros((3, 3))
     for shift in prior.shifts:
-        step = (
-            _hinge_step(shift, prior.sd, mean, place, around)
-            if shift.hinge
-            else _landmark_step(shift, place, around)
-        )
+        if shift.hinge:
+            step = _hinge_step(shift, prior.sd, mean, place, around)
+            if step is None:
+                return None
+            total, unsure, axis = total + step[0], unsure + step[1], step[0]
+            continue
+        step = _landmark_step(shift, place, around)
         if step is None:
             return None
         total, unsure = total + step[0], unsure + step[1]
-        if shift.plane:
-            hidden = _beside_the_plane(shift, step[0], mean, around)
-    return Expected(mean + total, unsure, tuple(used), prior.source, hidden)
+    return _Place(mean + total, tuple(used), unsure, _unit(axis))
 
 
-def _beside_the_plane(shift: Shift, step: Array, marker: Array, around: Surroundings) -> Array:
-    """(3, 3), m²: along a step inward, how far skin that turns the parent carries the child's far end."""
-    lower = around.lower(shift.toward)
-    assert lower is not None
-    away = lower.mean - marker
-    square = float(away @ away + np.trace(lower.covariance))
-    return np.asarray(around.skin_turn**2 * square * np.outer(step, step) / (step @ step))
+def _unit(axis: Array | None) -> Array | None:
+    """(3,): the same direction with the length 1; None without one."""
+    length = 0.0 if axis is None else float(np.linalg.norm(axis))
+    return None if axis is None or not length > 0 else axis / length
 
 
-def _between(prior: Prior, around: Surroundings) -> Expected | None:
+def _between(prior: Prior, around: Surroundings) -> _Place | None:
     """As `_mean`, for a joint without a landmark. For a hinge: inward from the middles of the markers of both segments.
 
     As far as these markers lie on the outer side of the limb, and not in front of it or all around. None unless
@@ -182,7 +192,7 @@ def _between(prior: Prior, around: Surroundings) -> Expected | None:
     """
     (shift,) = prior.shifts
     if not shift.hinge:
-        return _before_the_child(prior, shift, around)
+        return _before_the_child(shift, around)
     turn = around.turn(())
     if turn is None or not turn.shown or around.cluster is None:
         return None
@@ -195,10 +205,10 @@ def _between(prior: Prior, around: Surroundings) -> Expected | None:
     steps = 0.5 * (above.mean(axis=0) + there.mean(axis=0)) + sure * depth * np.mean(outer) * axis
     error = (ACROSS * around.size) ** 2 * (np.eye(3) - np.outer(axis, axis))
     error = error + (1.0 - sure**2) * depth**2 * np.outer(axis, axis)
-    return Expected(steps, error, tuple(around.places), prior.source)
+    return _Place(steps, tuple(around.places), error, axis)
 
 
-def _before_the_child(prior: Prior, shift: Shift, around: Surroundings) -> Expected | None:
+def _before_the_child(shift: Shift, around: Surroundings) -> _Place | None:
     """As `_mean`: from markers of the child back on the line to the parent's own joint."""
     lower = around.lower(shift.toward)
     if lower is None or around.upper is None:
@@ -209,8 +219,7 @@ def _before_the_child(prior: Prior, shift: Shift, around: Surroundings) -> Expec
     # A joint beyond the parent's own is none.
     if not length > depth:
         return None
-    place = lower.mean + depth / length * back
-    return Expected(place, np.zeros((3, 3)), shift.toward, prior.source)
+    return _Place(lower.mean + depth / length * back, shift.toward, np.zeros((3, 3)))
 
 
 def _on_the_outer_side(places: Array, along: Array) -> float:
@@ -285,7 +294,7 @@ def _hinge_step(
     straight = None if told is None else told[0]
     if told is not None:
         shift = replace(shift, turned=told[1])
-    direction, error = axis_inward(
+    direction, error = inward(
         above, lower.mean - marker, shift, around.size, lower.covariance, aside, turn, straight
     )
     # Inward is square to the bone but for the joint's depth; where marker, joints and bones are all in line,

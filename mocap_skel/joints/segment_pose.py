@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mocap_skel.figure.skeleton import Segment
-from mocap_skel.joints.hinge import axis_inward, hinge_shift
+from mocap_skel.joints.hinge import hinge_shift, inward
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.samples import Frame
 from mocap_skel.joints.task import Task
@@ -275,6 +275,6 @@ def _plane_below(segment: Segment, joint: Array, prepared: Prepared, task: Task)
         known = [end for end in ends if end is not None]
         if len(known) == len(ends):
             below = np.mean(known, axis=0) - marker
-            inward, error = axis_inward(marker - joint, below, found[1], task.size)
-            return Plane(m, inward, error, found[1].plane)
+            way = inward(marker - joint, below, found[1], task.size)
+            return Plane(m, way.direction, way.covariance, found[1].plane)
     return None

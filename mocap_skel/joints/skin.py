@@ -13,16 +13,23 @@ from mocap_skel.segments.pose import Array
 
 # The part of skin's slide that is in proportion to the joint's turn looks like another centre and leaves no
 # residual: metres a radian of it for each metre of slide that does, times `Segment.looseness`, where the bones
-# themselves roll and glide. By eye: five loose joints whose bones were seen ask for 2.6 in the directions that
-# are shown (`benchmarks/skin.py`), but with 4 the knees and ankles of walks are worse than anatomy alone.
-SLIDE = 7.5
+# themselves roll and glide. Five loose joints whose bones were seen ask for 1.4 in the directions that are shown
+# (`benchmarks/skin.py`), all references of real clips for 3.3; the rest is a margin by eye, for with less the
+# shoulders and knees of walks are worse than anatomy alone.
+SLIDE = 6.0
 # The same for a ball joint. How far its markers contradict each other tells their own slides; this is what all
 # of them have in common: with it a functional hip is 6.6 mm off along each axis (Fiorentino 2016; the sum is in
 # `benchmarks/skin.py`).
-COMMON = 4.0
+COMMON = 3.2
 # Metres a radian for each metre of reach: skin of a limb of 30 cm goes some centimetre while its joint turns
 # by 90 degrees (Leardini 2005), also where a motion is too small to show any of it.
 USUAL = 0.02
+# Skin carries a marker along the surface by so many times as much as to or from the joint: 1 to 3 cm on a thigh
+# (Leardini 2005), where radial residuals are 2 to 4 mm. With 3 and with 10 the joints of real clips are where they are
+# with 7, to a millimetre.
+ACROSS = 7.0
+# Values that are left by any fit: with none, its residuals would say nothing of skin.
+LEAST_LEFT = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +41,14 @@ class Skin:
         slide: variance of the slide in proportion to the angle, m².
         smooth: variance of the radial residuals that follow each other smoothly, m².
         places: that the markers' directions cover, between which the skin lies anew.
+        taken: how many times as large the skin is as its residuals: what a fit takes of it into its centre and radii.
     """
 
     covariance: Array
     slide: float
     smooth: float
     places: float
+    taken: float
 
 
 def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
@@ -48,7 +57,8 @@ def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
     Residuals that follow each other smoothly are the same whenever the joint comes back to the same place:
     they do not average out over frames, only over the places, as many as the markers' directions cover. Two
     parts: such residuals as the noise of a sphere fit, for a ball joint as far as its markers contradict each
-    other; and the slide in proportion to the angle, which they show the size of only.
+    other; and the slide in proportion to the angle, which they show the size of only. Of both, the residuals are
+    what is left by a fit with as many unknowns as it has.
 
     Args:
         sphere: the fit, with the smooth share of its radial residuals.
@@ -64,7 +74,7 @@ def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
     >>> swelling = 0.005 * np.sin(np.linspace(0.0, 20.0, 500))[:, None, None]
     >>> samples = JointSamples([1.0, 0.0, 0.0] + (0.4 + swelling) * cone, 0.001, 0.001, Frame(None))
     >>> skin = skin_error(fit_markers(gather(samples, None), Estimation()))
-    >>> bool(0.003 < np.sqrt(skin.covariance[0, 0]) < 0.03)
+    >>> bool(0.002 < np.sqrt(skin.covariance[0, 0]) < 0.02)
     True
     """
     seen = _Directions(sphere)
@@ -73,14 +83,32 @@ def skin_error(sphere: Sphere, looseness: float = 1.0) -> Skin:
     solved = sphere.solved
     values, axes = np.linalg.eigh(solved.T @ seen.cap @ solved)
     axes = solved @ axes
-    unseen = seen.skin + hidden * float(np.trace(seen.cap))
+    unseen = seen.taken * seen.skin + hidden * float(np.trace(seen.cap))
     known = np.maximum(values, 0.0) * seen.places / unseen + 1.0 / seen.reach**2
     part = (axes / known) @ axes.T
     rate = SLIDE * looseness if looseness > 1.0 else COMMON
-    slide = rate**2 * seen.skin / seen.places + looseness**2 * hidden
+    slide = rate**2 * seen.taken * seen.skin / seen.places + looseness**2 * hidden
     if looseness <= 1.0:
         part = _of_markers(seen, part)
-    return Skin(part + slide * np.eye(3), slide, seen.skin, seen.places)
+    covariance = part + slide * np.eye(3)
+    return Skin(covariance, slide, seen.skin, seen.places, seen.taken)
+
+
+def along_axis(sphere: Sphere, skin: Skin, axis: Array) -> Array:
+    """(3, 3), m²: what a joint that bends about an axis does not show of its place along it.
+
+    Along the axis a centre is told by how far its markers swing along it: with the bones, or with the skin on them. The
+    share of that swing's variance that skin makes leads the centre so much of the way to where the markers are.
+
+    Args:
+        sphere: the fit.
+        skin: what `skin_error` says of it.
+        axis: (3,), a unit vector.
+    """
+    moved = sphere.evidence.over_markers(sphere.evidence.moments.covariance - sphere.noise)
+    by_skin = ACROSS**2 * skin.smooth
+    share = by_skin / max(float(axis @ moved @ axis), by_skin)
+    return np.asarray((share * sphere.evidence.reach) ** 2 * np.outer(axis, axis))
 
 
 def _of_markers(seen: _Directions, part: Array) -> Array:
@@ -161,6 +189,15 @@ class _Directions:
         """m²: the same of all markers."""
         least = (np.finfo(float).eps * self.reach) ** 2
         return max(float(self.share @ self.smooth), least)
+
+    @cached_property
+    def taken(self) -> float:
+        """How many times as large the skin is as its residuals, for so many of its values have gone into the fit.
+
+        Skin has one value for each marker in each place; the centre and the radii are fitted to these.
+        """
+        values = len(self.share) * self.places
+        return values / max(values - len(self.share) - self.sphere.rank, LEAST_LEFT)
 
     @cached_property
     def places(self) -> float:

@@ -41,6 +41,11 @@ class SharedPoint:
         spread = np.sort(0.5 * np.trace(self.turns) - np.linalg.eigvalsh(self.turns))[1:]
         return places_of(spread)
 
+    @property
+    def left(self) -> float:
+        """Of these places, how many the residual is of: three coordinates each, less the six of the point in both segments."""
+        return max(self.places - 2.0, 1.0 / 3.0)
+
 
 def places_of(spread: Array) -> float:
     """How many places a turn goes to, between which the skin lies anew; at least one each way.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -13,8 +13,8 @@ from pathlib import Path
 from mocap_skel.clip import Clip
 from mocap_skel.errors import AssociationError, CallError, ClipError, SkeletonError, ours
 from mocap_skel.figure.skeleton import STANDARD, Skeleton, read_skeleton
-from mocap_skel.labels.landmarks import exchanged, own_names, segment_of_landmark
-from mocap_skel.text import counted, listed, nearest, read_text
+from mocap_skel.labels.landmarks import exchanged, own_names, segment_of_landmark, told_by_place
+from mocap_skel.text import counted, listed, nearest, printable, read_text
 
 _PACKAGE = Path(__file__).parents[1]
 # Inside the wheel the folder lies in the package, in a checkout beside it.
@@ -36,7 +36,7 @@ class Rule:
         label: the label in the clip, with or without its subject.
         marker: the standard name, or a name of its own.
         segment: of the skeleton.
-        line: of the file, from 1.
+        line: of the file, from 1; 0 where it stands in no file.
     """
 
     label: str
@@ -98,7 +98,7 @@ class Assignment:
         """
         notes = []
         if self.absent:
-            lines = [f"{r.label} (line {r.line}{self._offer(r.label)})" for r in self.absent]
+            lines = [f"{r.label}{self._where(r)}" for r in self.absent]
             what = counted(len(lines), "label")
             notes.append(f"{association.path}: {what} not in the clip: {listed(lines)}")
         if self.unmatched:
@@ -106,10 +106,15 @@ class Assignment:
             notes.append(f"{what} of the clip not in {association.path}: {listed(self.unmatched)}")
         return [*notes, *self.by_place]
 
+    def _where(self, rule: Rule) -> str:
+        said = [f"line {rule.line}"] if rule.line else []
+        said += filter(None, [self._offer(rule.label)])
+        return f" ({', '.join(said)})" if said else ""
+
     def _offer(self, label: str) -> str:
         # Half of the labels of a set differ by one letter: only a near miss is worth a word.
         hint = nearest(label, self.unmatched, 0.8)
-        return f", {hint}" if hint else ""
+        return hint or ""
 
 
 def read_association(source: str | Path, skeleton: str | Path | None = None) -> Association:
@@ -232,8 +237,8 @@ _WORD = re.compile(r'\s*(?:"([^"]*)"(?=\s|#|$)|([^\s"#]+(?=\s|#|$))|(#.*)|(\S))'
 
 def _words(line: str, where: str) -> Iterator[tuple[str, int]]:
     """Split a line into words, each with its column from 1; a comment ends the line."""
-    at = 0
-    while at < len(line.rstrip()):
+    at, end = 0, len(line.rstrip())
+    while at < end:
         found = _WORD.match(line, at)
         assert found is not None, "the last alternative takes any character"
         quoted, plain, comment, wrong = found.groups()
@@ -245,7 +250,8 @@ def _words(line: str, where: str) -> Iterator[tuple[str, int]]:
             raise AssociationError(
                 f"{where}:{column}: stray or unclosed quote", 'a label with spaces or # is "quoted"'
             )
-        word = plain if quoted is None else quoted.strip()
+        # As the readers have labels: what cannot be printed is the same here and there.
+        word = printable(plain if quoted is None else quoted.strip())
         if not word:
             raise AssociationError(f"{where}:{column}: an empty name")
         yield word, column
@@ -383,8 +389,9 @@ def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
         elif not label.startswith(others):
             absent.append(rule)
     rest = [label for label in own if label not in used]
-    dropped = [s for s in rest if any(fnmatchcase(s, p) for p in association.ignored)]
+    dropped = set(_ignored(rest, association.ignored))
     landmarks = own_names(at, clip.labels)
+    landmarks |= told_by_place(clip.points, at, clip.labels)
     columns, by_place = _by_place(clip, at, landmarks)
     return Assignment(
         subject,
@@ -395,10 +402,25 @@ def _assign(clip: Clip, subject: str, association: Association) -> Assignment:
         },
         tuple(absent),
         tuple(label for label in rest if label not in dropped),
-        tuple(dropped),
+        tuple(label for label in rest if label in dropped),
         landmarks,
         by_place,
     )
+
+
+# A sign of a pattern that stands for itself.
+_ESCAPED = re.compile(r"\[([*?\[])\]")
+
+
+def _ignored(labels: Sequence[str], patterns: Iterable[str]) -> Iterator[str]:
+    """The labels that a pattern matches; patterns that are plain labels, as a guess has by the thousand, are looked up."""
+    plain, others = set(), []
+    for pattern in patterns:
+        if any(c in "*?[" for c in _ESCAPED.sub("", pattern)):
+            others.append(pattern)
+        else:
+            plain.add(_ESCAPED.sub(r"\1", pattern))
+    return (s for s in labels if s in plain or any(fnmatchcase(s, p) for p in others))
 
 
 def _by_place(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -26,6 +27,11 @@ CLEAR, MOST = 0.4, 0.8
 # Sine of the bend from which the plane of the two bones tells what is inward: 20 degrees. A trochanter or
 # an acromion stands for the upper joint, and leans the bone by 10.
 BENT = 0.35
+# How far the way between two markers that a number tells apart may be from straight inward, as a cosine in the
+# median: a patella lies 45 degrees in front of the lateral epicondyle, 0.7.
+STRAIGHT = 0.85
+# KNE1 and KNE2, Ankle_A and Ankle_B.
+_NUMBERED = re.compile(r"(.*[^\W\d_])[ _.-]*0?([12]|[AB])", re.I)
 # What a place says of a name: it agrees, it contradicts, it is not clear.
 AGREES, DENIES, OPEN = 1, -1, 0
 
@@ -120,6 +126,74 @@ def own_names(columns: Mapping[str, Mapping[str, int]], labels: Sequence[str]) -
     return found
 
 
+def told_by_place(
+    points: Array, columns: Mapping[str, Mapping[str, int]], labels: Sequence[str]
+) -> dict[str, str]:
+    """The landmarks on both sides of a joint whose labels differ in a number alone: landmark → the marker's own name.
+
+    KNE1 and KNE2 are such a pair if one lies straight inward of the other; the name does not say which.
+
+    Args:
+        points: (frames, M, 3), metres, NaN = missing.
+        columns: segment → marker → its column.
+        labels: the clip's.
+
+    >>> points = np.tile([[0.0, y, 0.5] for y in (0.05, 0.15, -0.05, -0.15)], (20, 1, 1))
+    >>> labels = ["LKNE1", "LKNE2", "RKNE1", "RKNE2"]
+    >>> columns = {"UpperLeftLeg": {"a": 0, "b": 1}, "UpperRightLeg": {"c": 2, "d": 3}}
+    >>> told_by_place(points, columns, labels)
+    {'LKNE': 'b', 'LKNM': 'a', 'RKNE': 'd', 'RKNM': 'c'}
+    """
+    from mocap_skel.labels.guess.dialects import dialects
+
+    name_of = {column: marker for of in columns.values() for marker, column in of.items()}
+    at = {marker: column for column, marker in name_of.items()}
+    known = dialects().landmarks
+    twins = {
+        (side, pair): two
+        for pair in dialects().pairs
+        for side in "LR"
+        if pair.medial.format(s=side) not in at
+        and (
+            two := _numbered(
+                columns.get(known[pair.lateral.format(s=side)], {}),
+                labels,
+                pair.lateral.format(s=side),
+            )
+        )
+    }
+    assumed = dict(at)
+    for (side, pair), (first, second) in twins.items():
+        assumed |= {pair.lateral.format(s=side): first, pair.medial.format(s=side): second}
+    found: dict[str, str] = {}
+    for (side, pair), (first, second) in twins.items():
+        named = _Named(points, assumed, side, "LR"["RL".index(side)])
+        way = named.straight(pair, 1 if side == "L" else -1)
+        lateral, medial = named.of(pair.lateral), named.of(pair.medial)
+        # Where the table's own names take the first for the lateral one, `exchanged` has the word.
+        if way and lateral in at:
+            found[medial] = name_of[second if at[lateral] == first else first]
+        elif way:
+            outer, inner = (first, second) if way == AGREES else (second, first)
+            found |= {lateral: name_of[outer], medial: name_of[inner]}
+    return found
+
+
+def _numbered(of: Mapping[str, int], labels: Sequence[str], lateral: str) -> tuple[int, int] | None:
+    """The columns of the two markers of a segment that are called like a landmark, but for a 1 and a 2."""
+    from mocap_skel.labels.guess.names import meanings
+
+    stems: dict[str, dict[str, int]] = {}
+    for column in of.values():
+        if found := _NUMBERED.fullmatch(labels[column]):
+            stems.setdefault(found[1], {})[found[2].upper()] = column
+    for stem, numbers in stems.items():
+        for one, two in (("1", "2"), ("A", "B")):
+            if numbers.keys() == {one, two} and lateral in {m for _, m in meanings(stem)}:
+                return numbers[one], numbers[two]
+    return None
+
+
 def exchanged(points: Array, at: Mapping[str, int]) -> list[Exchanged]:
     """The landmarks beside a joint whose places contradict their names.
 
@@ -187,15 +261,37 @@ class _Named:
         return OPEN if place is None else self._clear(place - middle, across)
 
     def by_bend(self, pair: Pair, sign: int, middle: Array, across: Array) -> int:
+        inward = self._bend(pair, sign, middle)
+        return OPEN if inward is None else self._clear(inward, across)
+
+    def _bend(self, pair: Pair, sign: int, middle: Array) -> Array | None:
+        """The directions inward (frames, 3) that the bend tells, NaN where it is too small; None without the bones."""
         upper, lower = self._first(pair.upper), self._first(pair.lower)
         if not pair.bend or upper is None or lower is None:
-            return OPEN
+            return None
         above, below = middle - upper, lower - middle
         normal = sign * pair.bend * np.cross(above, below)
         lengths = np.linalg.norm(above, axis=1) * np.linalg.norm(below, axis=1)
         with np.errstate(invalid="ignore"):
             bent = np.linalg.norm(normal, axis=1) > BENT * lengths
-        return self._clear(np.where(bent[:, None], normal, np.nan), across)
+        return np.where(bent[:, None], normal, np.nan)
+
+    def straight(self, pair: Pair, sign: int) -> int:
+        """AGREES if the medial one lies straight inward of the lateral one, DENIES if the other way round, or OPEN."""
+        across = self.across(pair)
+        if across is None:
+            return OPEN
+        middle, way = across
+        other, bend = self._first(pair.toward), self._bend(pair, sign, middle)
+        near = None if other is None else other - middle
+        found = {self._clear(inward, way) for inward in (near, bend) if inward is not None} - {OPEN}
+        # The other leg is straight inward only of one who stands; the bend tells wherever it is seen.
+        for inward in (bend, near):
+            cosine = np.empty(0) if inward is None else np.abs(_cosines(inward, way))
+            if len(cosine) >= LEAST_FRAMES:
+                straight = np.median(cosine) > STRAIGHT
+                return found.pop() if straight and len(found) == 1 else OPEN
+        return OPEN
 
     def _first(self, sets: Iterable[Iterable[str]]) -> Array | None:
         """The mean track (frames, 3) of the first set of which the clip has one."""
@@ -207,12 +303,17 @@ class _Named:
 
     def _clear(self, inward: Array, across: Array) -> int:
         """What directions inward (frames, 3), NaN where they are not known, say of the ways from lateral to medial."""
-        product = (inward * across).sum(axis=1)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            cosine = product / (np.linalg.norm(inward, axis=1) * np.linalg.norm(across, axis=1))
-        cosine = cosine[np.isfinite(cosine)]
-        if len(cosine) < max(LEAST_FRAMES, LEAST_SHARE * len(product)):
+        cosine = _cosines(inward, across)
+        if len(cosine) < max(LEAST_FRAMES, LEAST_SHARE * len(across)):
             return OPEN
         middle = float(np.median(cosine))
         clear = abs(middle) > CLEAR and np.mean(cosine * middle > 0) > MOST
         return (AGREES if middle > 0 else DENIES) if clear else OPEN
+
+
+def _cosines(one: Array, other: Array) -> Array:
+    """The cosines between directions (frames, 3), of the frames that have both."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        product = (one * other).sum(axis=1)
+        cosine = product / (np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1))
+    return np.asarray(cosine[np.isfinite(cosine)])

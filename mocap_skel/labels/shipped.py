@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
-from mocap_skel.labels.association import SHIPPED, Association, read_association
+from mocap_skel.labels.association import SHIPPED, Association, Rule, read_association
 from mocap_skel.labels.guess.motion import Verdict, weigh
 from mocap_skel.labels.guess.names import HIGH, NameGuess
-from mocap_skel.labels.guess.rigid import distances
+from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
 
 # Markers that a root's pose needs.
 LEAST_ON_ROOT = 3
@@ -50,13 +50,7 @@ def match(name: str, clip: Clip, association: Association, subject: str | None =
     >>> match("cmu", clip, read_association("cmu")).labels
     41
     """
-    there: NDArray[np.bool_] = np.asarray(np.isfinite(clip.points[..., 0]).any(axis=0))
-    seen = {
-        label
-        for i, (label, whose) in enumerate(zip(clip.labels, clip.subjects, strict=True))
-        if there[i] and subject in (None, whose)
-    }
-    found = [rule for rule in association.rules if rule.label.rpartition(":")[2] in seen]
+    found = seen_rules(clip, association, subject)
     root = association.skeleton.root.name
     return Match(
         name,
@@ -65,6 +59,22 @@ def match(name: str, clip: Clip, association: Association, subject: str | None =
         len(found) / max(len(association.rules), 1),
         sum(rule.segment == root for rule in found),
     )
+
+
+def seen_rules(clip: Clip, association: Association, subject: str | None = None) -> list[Rule]:
+    """The lines of an association whose labels a clip, or one subject of it, has and shows.
+
+    >>> from mocap_skel import read_clip
+    >>> len(seen_rules(read_clip("sample_data/range_of_motion.c3d"), read_association("cmu")))
+    41
+    """
+    there: NDArray[np.bool_] = np.asarray(np.isfinite(clip.points[..., 0]).any(axis=0))
+    seen = {
+        label
+        for i, (label, whose) in enumerate(zip(clip.labels, clip.subjects, strict=True))
+        if there[i] and subject in (None, whose)
+    }
+    return [rule for rule in association.rules if rule.label.rpartition(":")[2] in seen]
 
 
 def best_match(clip: Clip, subject: str | None = None) -> Match | None:
@@ -80,7 +90,7 @@ def best_match(clip: Clip, subject: str | None = None) -> Match | None:
 
 
 def judged(clip: Clip, association: Association, subject: str | None = None) -> list[Verdict]:
-    """What the movement says of the markers of an association, for each subject or for one."""
+    """What the movement says of the markers of an association, of the `MOST` of a subject that are seen longest."""
     rule_of = {rule.label: rule for rule in association.rules}
     found: list[Verdict] = []
     for name in clip.subject_names:
@@ -89,6 +99,8 @@ def judged(clip: Clip, association: Association, subject: str | None = None) -> 
             for i, whose in enumerate(clip.subjects)
             if whose == name and subject in (None, name) and clip.labels[i] in rule_of
         ]
+        if len(own) > MOST:
+            own = [own[k] for k in most_seen(clip.points[:, own], np.zeros(len(own), dtype=bool))]
         if own:
             rules = [rule_of[clip.labels[i]] for i in own]
             guesses = [NameGuess(r.label, r.segment, r.marker, HIGH, "") for r in rules]

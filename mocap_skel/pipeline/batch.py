@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from mocap_skel.errors import ExistsError, MocapSkelError, OutputError
+from mocap_skel.export.digest import digest_of
 from mocap_skel.export.files import check_free, identity, staging
 from mocap_skel.labels.association import Association
 from mocap_skel.pipeline.clip_files import check_not_taken, target_of
-from mocap_skel.pipeline.engine import Answer, Engine, Outcome, Task, digest_of
+from mocap_skel.pipeline.engine import Answer, Engine, Outcome, Task
 from mocap_skel.pipeline.inputs import Place
 from mocap_skel.pipeline.job import Job
 from mocap_skel.pipeline.manifest import DONE, FAILED, PARTLY, Finished, Manifest

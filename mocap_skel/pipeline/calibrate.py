@@ -28,6 +28,7 @@ from mocap_skel.joints.calibration import (
 from mocap_skel.joints.evidence import information
 from mocap_skel.joints.strangers import Body, strangers
 from mocap_skel.labels.association import Assignment, Association, associate
+from mocap_skel.labels.calibrated import labels_of
 from mocap_skel.pipeline.job import Job
 from mocap_skel.pipeline.limits import limited
 from mocap_skel.pipeline.naming import Named
@@ -49,7 +50,7 @@ def calibrate(paths: Sequence[Path], job: Job) -> Calibrated:
     clips: list[tuple[Clip, Assignment]] = []
     failed: list[MocapSkelError] = []
     notes: list[str] = []
-    first: Association | None = None
+    associations: list[Association] = []
     figure: Skeleton | None = None
     for path in paths:
         try:
@@ -63,12 +64,19 @@ def calibrate(paths: Sequence[Path], job: Job) -> Calibrated:
             failed.append(error)
             continue
         notes += [f"{path}: {note}" for note in found.notes]
-        first = first or found.association
-        clips.append((found.clip, assignment))
+        if rest := [other.skeleton.name for other in found.associations[1:]]:
+            notes.append(
+                f"{path}: only {figure.name} is calibrated: --skeleton takes {listed(rest)}"
+            )
+        associations.append(found.association)
+        clips.append((found.whole, assignment))
     if not clips:
         raise failed[0]
-    job = replace(job, association=first)
-    return _calibrated(clips, job, notes, failed)
+    labels, against = labels_of(associations)
+    done = _calibrated(clips, replace(job, association=associations[0]), notes, failed)
+    return replace(
+        done, calibration=replace(done.calibration, labels=labels), notes=(*against, *done.notes)
+    )
 
 
 def _only_subject(path: Path, named: Named, figure: Skeleton, subject: str | None) -> Assignment:
@@ -78,10 +86,7 @@ def _only_subject(path: Path, named: Named, figure: Skeleton, subject: str | Non
             f"{path}: guessed to show {own.name}, the first clip {figure.name}",
             "a calibration is of one figure: give --assoc, or --skeleton",
         )
-    # A part of the body is a subject that the call need not know.
-    found = associate(
-        named.clip, named.association, None if len(named.associations) > 1 else subject
-    )
+    found = associate(named.whole, named.association, subject)
     if len(found) > 1:
         raise CallError(
             f"{path}: holds several subjects: {listed([a.subject for a in found])}",

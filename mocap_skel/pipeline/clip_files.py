@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError, ClipError, ExportError, MocapSkelError
 from mocap_skel.events import Event
-from mocap_skel.export.files import check_free, put_all, write_all
+from mocap_skel.export.files import Content, check_free, put_all, write_all
 from mocap_skel.export.registry import Source
 from mocap_skel.export.result_files import stem_of
 from mocap_skel.gait.events import own_events
 from mocap_skel.labels.association import Assignment
 from mocap_skel.pipeline.job import Job, fit_file, named, static_fits, static_of
 from mocap_skel.pipeline.limits import limited
+from mocap_skel.pipeline.told_options import options_of
 from mocap_skel.skeleton_fit import SkeletonFit
 
 if TYPE_CHECKING:
@@ -49,14 +51,16 @@ class Done:
         failed: why other subjects could not be fitted, or formats not written.
         figures: the rigid figures in the files, those that are told the same once.
         events: subject → the events of the file that are of it.
+        options: gives the version and all options that are no defaults.
     """
 
     fits: tuple[SkeletonFit, ...]
-    files: dict[Path, str | bytes]
+    files: dict[Path, Content]
     notes: tuple[str, ...]
     failed: tuple[MocapSkelError, ...]
     figures: tuple[Figure, ...] = ()
     events: Mapping[str, tuple[Event, ...]] = field(default_factory=dict)
+    options: Callable[[], Mapping[str, Any]] = dict
 
 
 def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
@@ -71,8 +75,7 @@ def process(path: Path, job: Job, taken: Container[Path] = ()) -> Done:
         MocapSkelError: the clip cannot be read, fitted, or written, or needs too much memory.
     """
     with limited(path):
-        done = render(path, job)
-    return _stored(path, job, done, taken)
+        return _stored(path, job, render(path, job), taken)
 
 
 def render(path: Path, job: Job) -> Done:
@@ -85,7 +88,7 @@ def render(path: Path, job: Job) -> Done:
     found = fit_file(path, job, lambda clip, all_of_it: _check_targets(path, job, clip, all_of_it))
     statics = static_fits(job)
     notes = list(found.notes)
-    files: dict[Path, str | bytes] = {}
+    files: dict[Path, Content] = {}
     failed: list[MocapSkelError] = [*found.failed]
     figures: list[Figure] = []
     for assignment, fit in found.subjects:
@@ -94,7 +97,9 @@ def render(path: Path, job: Job) -> Done:
         static = static_of(statics, fit)
         if statics and static is None:
             notes.append(named(fit.subject, f"{job.static} has no such subject: no neutral pose"))
-        source = Source(found.clip, path, assignment, decided, job.command, static)
+        source = Source(
+            found.clip, path, assignment, decided, job.command, static, partial(options_of, job)
+        )
         rigid: dict[Quality, list[str]] = {}
         for chosen in job.formats:
             try:
@@ -113,7 +118,8 @@ def render(path: Path, job: Job) -> Done:
     if failed and not files:
         raise failed[0]
     events = {fit.subject: own_events(found.clip, fit.subject) for fit in fits}
-    return Done(fits, files, tuple(dict.fromkeys(notes)), tuple(failed), tuple(figures), events)
+    said, told = tuple(dict.fromkeys(notes)), partial(options_of, job)
+    return Done(fits, files, said, tuple(failed), tuple(figures), events, told)
 
 
 def target_of(job: Job, stem: str, suffix: str) -> Path:

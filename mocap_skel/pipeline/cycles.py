@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from mocap_skel.angles.joint_angles import joint_angles
-from mocap_skel.errors import CallError, FitError, MocapSkelError
+from mocap_skel.errors import CallError, ClipError, FitError, MocapSkelError
 from mocap_skel.export.files import check_free, write_all
 from mocap_skel.export.tables_csv import rows_csv
 from mocap_skel.figure.angle_table import angle_table
@@ -21,12 +21,14 @@ from mocap_skel.gait.cycles import (
     strides,
 )
 from mocap_skel.gait.events import foot_events
+from mocap_skel.pipeline.engine import seconds_for
+from mocap_skel.pipeline.isolation import TaskError, Worker
 from mocap_skel.pipeline.job import Job, fit_file, static_fits, static_of
-from mocap_skel.pipeline.limits import limited
+from mocap_skel.pipeline.limits import limited, memory_for
 from mocap_skel.report.figures import check_figures, picture
 from mocap_skel.results.series import sideless
 from mocap_skel.skeleton_fit import SkeletonFit
-from mocap_skel.text import listed, nearest
+from mocap_skel.text import listed, nearest, visible
 
 USUAL = ("Hip", "Knee", "Ankle")
 """Joints of a call that names none."""
@@ -65,12 +67,12 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class Added:
-    """What came of the clips: means, files, notes with the clip in front, clips that failed."""
+    """What came of the clips: means, files, notes with the clip in front, why clips failed or none has a cycle."""
 
     means: tuple[MeanCycle, ...]
     files: tuple[Path, ...]
     notes: tuple[str, ...]
-    failed: tuple[MocapSkelError, ...]
+    failed: tuple[Exception, ...]
 
 
 def named_joints(names: Sequence[str]) -> tuple[tuple[str, ...], str]:
@@ -99,36 +101,34 @@ def named_joints(names: Sequence[str]) -> tuple[tuple[str, ...], str]:
 
 
 def add_up(paths: Sequence[Path], job: Job, wanted: Wanted) -> Added:
-    """Fit clips, and write the mean and the single cycles of some joints.
+    """Fit clips, and write the mean and the single cycles of some joints; a clip that fails does not stop the others.
+
+    Where no clip has a cycle, nothing is written, and the failures say why.
 
     Raises:
-        CallError: files that are there already; a clip with several subjects; matplotlib is not installed.
-        FitError: none of the clips has a cycle.
-        MocapSkelError: none of the clips can be read and fitted.
+        CallError: files that are there already; matplotlib is not installed.
+        MocapSkelError: the static clip cannot be used, or the files cannot be written.
     """
     if wanted.kind:
         check_figures()
     check_free(wanted.files.values(), wanted.overwrite, job.inputs)
-    statics = static_fits(job)
     notes: list[str] = []
-    failed: list[MocapSkelError] = []
+    failed: list[Exception] = []
     shown: list[_Shown] = []
-    for path in paths:
-        try:
-            shown.append(_of_clip(path, job, wanted, statics))
-        except CallError:
-            raise
-        except MocapSkelError as error:
-            failed.append(error)
+    for path, one in _shown(paths, job, wanted, static_fits(job)):
+        if isinstance(one, Exception):
+            failed.append(one)
             continue
-        notes += [f"{path}: {note}" for note in dict.fromkeys(shown[-1].notes)]
+        shown.append(one)
+        notes += [f"{path}: {note}" for note in dict.fromkeys(one.notes)]
     cycles = [cycle for one in shown for cycle in one.cycles]
-    if not shown:
-        raise failed[0]
     if not cycles:
-        names = listed((path.name for path in paths), 4)
-        reasons = listed(dict.fromkeys(one.why_none for one in shown), 4)
-        raise FitError(f"{names}: no gait cycle of {listed(wanted.joints)}: {reasons}")
+        if shown:
+            names = listed((visible(one.path.name) for one in shown), 4)
+            reasons = listed(dict.fromkeys(one.why_none for one in shown), 4)
+            none = f"{names}: no gait cycle of {listed(wanted.joints)}: {reasons}"
+            failed.append(FitError(none))
+        return Added((), (), tuple(notes), tuple(failed))
     means = mean_cycles(cycles)
     contents: dict[Path, str | bytes] = {
         wanted.files["mean"]: rows_csv(mean_rows(means)),
@@ -142,18 +142,45 @@ def add_up(paths: Sequence[Path], job: Job, wanted: Wanted) -> Added:
     return Added(tuple(means), tuple(contents), tuple(notes), tuple(failed))
 
 
+def _shown(
+    paths: Sequence[Path], job: Job, wanted: Wanted, statics: Mapping[str, SkeletonFit]
+) -> Iterator[tuple[Path, _Shown | Exception]]:
+    """What each clip shows, or why nothing: one clip here, several in a child that may die instead of us."""
+    if len(paths) == 1:
+        try:
+            with limited(paths[0]):
+                yield paths[0], _of_clip(paths[0], job, wanted, statics)
+        except MocapSkelError as error:
+            yield paths[0], error
+        return
+    with Worker() as worker:
+        for path in paths:
+            worker.start(
+                _of_clip, path, job, wanted, statics,
+                memory=memory_for(path), seconds=seconds_for(path),
+            )  # fmt: skip
+            result: _Shown | Exception
+            try:
+                result = worker.result()
+            except TaskError as error:
+                result = ClipError(f"{path}: {error}")
+            except Exception as error:
+                result = error
+            yield path, result
+
+
 @dataclass(frozen=True, eq=False)
 class _Shown:
     """The cycles of one clip, what there is to say about it, and why it has none."""
 
+    path: Path
     cycles: tuple[Cycle, ...]
     notes: tuple[str, ...]
     why_none: str
 
 
 def _of_clip(path: Path, job: Job, wanted: Wanted, statics: Mapping[str, SkeletonFit]) -> _Shown:
-    with limited(path):
-        found = fit_file(path, job)
+    found = fit_file(path, job)
     if len(found.subjects) > 1:
         known = ", ".join(fit.subject for _, fit in found.subjects)
         raise CallError(f"{path}: several subjects", f"choose with --subject: {known}")
@@ -165,13 +192,13 @@ def _of_clip(path: Path, job: Job, wanted: Wanted, statics: Mapping[str, Skeleto
     about = [note for note in angles.notes if note.partition(":")[0] not in others]
     said = [*found.notes, *about, *events.notes]
     own = strides(events.of_feet, said)
-    cycles = tuple(cycles_of(angles, own, wanted.joints, path.name, fit.subject))
+    cycles = tuple(cycles_of(angles, own, wanted.joints, visible(path.name), fit.subject))
     if cycles:
-        return _Shown(cycles, tuple(said), "")
+        return _Shown(path, cycles, tuple(said), "")
     if not events.of_feet:
         why = events.notes[0]
     elif not own:
         why = "no foot strikes twice in it"
     else:
         why = f"its strides do not show {listed(wanted.joints)}"
-    return _Shown((), (*said, f"no cycle: {why}"), why)
+    return _Shown(path, (), (*said, f"no cycle: {why}"), why)

@@ -20,7 +20,7 @@ from mocap_skel.report.figures import KINDS, check_figures, picture
 from mocap_skel.report.pose_figures import Actor, pose_figure
 from mocap_skel.report.time_figures import bones_figure, residuals_figure, tracks_figure
 from mocap_skel.results.series import best_frame, marker_tracks
-from mocap_skel.text import listed, stem
+from mocap_skel.text import listed, stem, visible
 
 # What is drawn against time, of one subject.
 OVER_TIME: dict[str, Callable[[Actor, str], tuple[Any, str]]] = {
@@ -74,10 +74,11 @@ def draw(path: Path, job: Job, wanted: Drawing) -> Drawn:
     with limited(path):
         found = fit_file(path, job)
     actors = [Actor(fit, marker_tracks(found.clip, a, fit)) for a, fit in found.subjects]
+    called = visible(path.name)
     if wanted.plot == "pose":
         frames = _frames(found.clip, actors, wanted)
         names = listed(actor.fit.subject for actor in actors if actor.fit.subject)
-        title = f"{path.name}: {names}" if names else path.name
+        title = f"{called}: {names}" if names else called
         drawn, caption = pose_figure(actors, frames, wanted.view, title)
     else:
         if len(actors) > 1:
@@ -88,9 +89,9 @@ def draw(path: Path, job: Job, wanted: Drawing) -> Drawn:
         if wanted.plot == "angles":
             static = static_of(static_fits(job), actors[0].fit)
             events = foot_events(actors[0].fit, found.clip)
-            drawn, caption = angles_figure(actors[0], path.name, static, events)
+            drawn, caption = angles_figure(actors[0], called, static, events)
         else:
-            drawn, caption = OVER_TIME[wanted.plot](actors[0], path.name)
+            drawn, caption = OVER_TIME[wanted.plot](actors[0], called)
     content = picture(drawn, caption, target.suffix[1:].lower())
     write_all({target: content}, wanted.overwrite, job.inputs)
     return Drawn(target, found.notes, found.failed)

@@ -6,12 +6,12 @@ import os
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from hashlib import file_digest
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol, Self
 
 from mocap_skel.errors import ClipError, MocapSkelError, ours
+from mocap_skel.export.digest import digest_of
 from mocap_skel.export.files import stage_all
 from mocap_skel.pipeline.clip_files import render
 from mocap_skel.pipeline.isolation import TaskError, Worker, first_ready, most_overdue
@@ -151,9 +151,13 @@ def begin(worker: Worker, task: Task, folder: Path | None = None) -> None:
         folder: from which the task's paths lead on; None = the current one.
     """
     path = (folder or Path()) / task.path
-    seconds = SECONDS + SECONDS_PER_BYTE * size_of(path)
     arguments = (task,) if folder is None else (task, folder)
-    worker.start(work, *arguments, memory=memory_for(path), seconds=seconds)
+    worker.start(work, *arguments, memory=memory_for(path), seconds=seconds_for(path))
+
+
+def seconds_for(path: Path) -> float:
+    """Seconds that the clip in a file may take in a child."""
+    return SECONDS + SECONDS_PER_BYTE * size_of(path)
 
 
 def result_of(worker: Worker, task: Task) -> Answer | Exception:
@@ -185,19 +189,9 @@ def work(task: Task, folder: Path | None = None) -> Answer:
     joints = tuple(
         {"subject": fit.subject, **{key: row[key] for key in KEPT}}
         for fit in done.fits
-        for row in joint_rows(fit)
+        for row in joint_rows(fit, angles=False)
         if task.hashed
     )
     parts = stage_all(done.files, task.stage)
     said = told(task.path, done, task.manner)
     return Answer(parts, done.notes, done.failed, said, joints, digest)
-
-
-def digest_of(path: Path) -> str:
-    """SHA-256 of a file, as `sha256sum` prints it.
-
-    Raises:
-        ClipError: it cannot be read.
-    """
-    with ours(path, ClipError), path.open("rb") as file:
-        return file_digest(file, "sha256").hexdigest()

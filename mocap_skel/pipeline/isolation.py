@@ -9,19 +9,35 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import closing, suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from mocap_skel.pipeline.limits import GIGABYTE, limit, restore, starved, too_much, used_memory
+from mocap_skel.errors import MocapSkelError
+from mocap_skel.export.interrupts import SIGNS, interrupts_held
+from mocap_skel.pipeline.limits import (
+    GIGABYTE,
+    limit,
+    restore,
+    starved,
+    too_much,
+    used_memory,
+    used_seconds,
+)
 
-__all__ = ["GIGABYTE", "TaskError", "Worker", "first_ready", "interrupts_held", "most_overdue"]
+__all__ = ["GIGABYTE", "TaskError", "Worker", "first_ready", "most_overdue"]
 
 # A child that holds more between two tasks is replaced: what it keeps of one clip is room that the
 # next would lack, and its address space says no more how much that one uses.
 _KEPT = 300 << 20
+# On a busy machine a task has a core for a part of its time only. So one whose time is over gets a tenth of it more, again
+# and again, while it has a core for so large a share, up to so many times its time. Picked by eye: one that hangs has none.
+_MORE, _AT_WORK, _PATIENCE = 0.1, 0.02, 20.0
+# Seconds: the system counts a core's time in hundredths.
+_LEAST_MORE = 1.0
 
 
 class TaskError(Exception):
@@ -38,7 +54,9 @@ class Worker:
         self._child: BaseProcess | None = None
         self._pipe: Connection | None = None
         self._fat = False
-        self._seconds = self._until = 0.0
+        self._seconds = self._since = self._until = 0.0
+        # Seconds for which the child has had a core: at the task's begin, and when that was last looked at.
+        self._before = self._seen = 0.0
 
     def __enter__(self) -> Worker:
         return self
@@ -64,7 +82,10 @@ class Worker:
         # A child that died in between is noticed when its result is asked for.
         with suppress(BrokenPipeError, ConnectionResetError):
             self._pipe.send((function, arguments, memory))
-        self._seconds, self._until = seconds, time.monotonic() + seconds
+        self._seconds, self._since = seconds, time.monotonic()
+        self._until = self._since + seconds
+        assert self._child is not None and self._child.pid is not None
+        self._before = self._seen = used_seconds(self._child.pid) or 0.0
 
     def result(self) -> Any:
         """What the task returns, as soon as it is there; what it raises is raised here.
@@ -87,6 +108,18 @@ class Worker:
             return value
         raise value
 
+    def wait_longer(self) -> bool:
+        """Whether a child whose time is over has only waited for a core, and gets some more time."""
+        used = used_seconds(self._child.pid) if self._child and self._child.pid else None
+        if used is None or used - self._before >= self._seconds:
+            return False
+        more = max(_LEAST_MORE, self._seconds * _MORE)
+        moved, self._seen = used - self._seen, used
+        if moved < _AT_WORK * more or time.monotonic() > self._since + _PATIENCE * self._seconds:
+            return False
+        self._until = time.monotonic() + more
+        return True
+
     def stop(self) -> None:
         """End the child, whatever it does."""
         if self._child is not None:
@@ -101,11 +134,19 @@ class Worker:
     def _spawn(self) -> None:
         # A process that is forked while BLAS has threads may hang.
         context = multiprocessing.get_context("spawn")
-        self._pipe, theirs = context.Pipe()
-        self._child = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with interrupts_held():
-            self._child.start()
-        theirs.close()
+        try:
+            with interrupts_held():
+                # Its start lets signals through again, which the child's start must not.
+                resource_tracker.ensure_running()
+            with interrupts_held():
+                self._pipe, theirs = context.Pipe()
+                with closing(theirs):
+                    child = context.Process(target=_serve, args=(theirs,), daemon=True)
+                    child.start()
+                    self._child = child
+        except OSError as error:
+            said = f"a child process cannot be started: {error.strerror}"
+            raise MocapSkelError(said, "ulimit -a shows what there may be") from error
 
 
 def first_ready(busy: Sequence[Worker]) -> list[Worker]:
@@ -117,32 +158,21 @@ def first_ready(busy: Sequence[Worker]) -> list[Worker]:
     Returns:
         Those whose task has come to its end; none where a time is over first.
     """
-    until = min(worker._until for worker in busy)
     # What a task says, and its process's end.
     signs: dict[Any, Worker] = {}
     for worker in busy:
         if worker._pipe and worker._child:
             signs |= {worker._pipe: worker, worker._child.sentinel: worker}
-    ready = wait(list(signs), max(0.0, until - time.monotonic()))
-    return list(dict.fromkeys(signs[sign] for sign in ready))
+    while True:
+        next_one = most_overdue(busy)
+        ready = wait(list(signs), max(0.0, next_one._until - time.monotonic()))
+        if ready or not next_one.wait_longer():
+            return list(dict.fromkeys(signs[sign] for sign in ready))
 
 
 def most_overdue(busy: Sequence[Worker]) -> Worker:
     """The worker whose time is over first."""
     return min(busy, key=lambda worker: worker._until)
-
-
-@contextmanager
-def interrupts_held() -> Iterator[None]:
-    """Ctrl-C and SIGTERM wait, here and in a process that starts meanwhile: it would die of it, and say so."""
-    if sys.platform == "win32":
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _died(code: int | None) -> str:
@@ -154,11 +184,11 @@ def _died(code: int | None) -> str:
 
 def _serve(pipe: Connection) -> None:
     """The child: tasks until the pipe closes."""
-    # Ctrl-C goes to the parent, which ends its child. SIGTERM was held while this process started.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    # Ctrl-C goes to the parent, which ends its child. The others were held while this process started.
+    for sign in SIGNS:
+        signal.signal(sign, signal.SIG_IGN if sign == signal.SIGINT else signal.SIG_DFL)
     if sys.platform != "win32":
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNS)
     # What a library in C prints before it dies is no message for a user.
     silence = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):

@@ -46,7 +46,7 @@ class Job:
         measures: of the person, full name (`measures.MEASURES`) → metres.
         static: a clip whose mean pose is neutral for angles.
         command: the call, as the page shows it.
-        figure: without an association, guess for this one.
+        figure: the one that was asked for, which the association has; None = its own, or the parts that a clip shows.
         strict: without an association, no clear name may contradict the movement.
     """
 

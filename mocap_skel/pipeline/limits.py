@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -78,6 +79,16 @@ def used_memory() -> tuple[int, int]:
 
     reserved, used = (int(n) * resource.getpagesize() for n in statistics.read_text().split()[:2])
     return reserved, used
+
+
+def used_seconds(process: int) -> float | None:
+    """Seconds for which a process has had a core, all its threads together; None where the system does not say."""
+    try:
+        # The name, in brackets, may hold anything.
+        words = Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()
+        return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+    except (OSError, IndexError, ValueError):
+        return None
 
 
 def limit(memory: int) -> tuple[int, int] | None:

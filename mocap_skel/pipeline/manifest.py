@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, Self
 
 from mocap_skel.errors import CallError, OutputError, ours
@@ -62,6 +63,8 @@ class Manifest:
             flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
             self._file = os.open(self.path, flags, 0o666)
         try:
+            if not stat.S_ISREG(os.fstat(self._file).st_mode):
+                raise CallError(f"{self.path}: a pipe or a device is no manifest", "use another -o")
             _lock(self._file, self.path)
             with ours(self.path, OutputError):
                 self._scan()
@@ -142,8 +145,10 @@ class Manifest:
                     os.ftruncate(self._file, start)
                     return
                 try:
-                    self._note(json.loads(text), start)
-                except (ValueError, TypeError, KeyError):
+                    line = json.loads(text)
+                    check_line(line)
+                    self._note(line, start)
+                except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
                     raise CallError(
                         f"{self.path}:{number}: no line of a batch",
                         "use another -o, or move that file away",
@@ -160,6 +165,60 @@ class Manifest:
         elif status == BROKEN:
             self._finished.pop(name, None)
         self._last[name] = offset
+
+
+_TEXTS = ("clip", "name", "status", "sha256")
+
+
+def check_line(line: Any) -> None:
+    """Refuse what no batch has written, before it is believed: a manifest may come from anywhere.
+
+    Raises:
+        ValueError, TypeError, KeyError, AttributeError: a key is not there, or a value is none that it can have.
+    """
+    wrong = [key for key in _TEXTS if not isinstance(line[key], str)]
+    if wrong or line["status"] not in (DONE, PARTLY, FAILED, BROKEN):
+        raise ValueError(line)
+    if not (line["reason"] is None or isinstance(line["reason"], str)):
+        raise ValueError(line)
+    if not (isinstance(line["notes"], list) and all(isinstance(n, str) for n in line["notes"])):
+        raise ValueError(line)
+    if not _is_number(line["seconds"]) or not isinstance(line["options"]["version"], str):
+        raise ValueError(line)
+    if not all(isinstance(told, dict) for told in line["options"]["formats"].values()):
+        raise ValueError(line)
+    check_names(line["files"])
+    if not all(type(size) is int for size in line["files"].values()):
+        raise ValueError(line)
+    for row in line["joints"]:
+        if not (isinstance(row["subject"], str) and isinstance(row["joint"], str)):
+            raise ValueError(line)
+        if row["shown"] not in ("yes", "weak", "no"):
+            raise ValueError(line)
+        if not all(row[key] is None or _is_number(row[key]) for key in ("x", "y", "z", "bone")):
+            raise ValueError(line)
+
+
+def check_names(names: Iterable[str]) -> None:
+    """Refuse names of result files that do not lie below the folder of the results.
+
+    Raises:
+        ValueError, TypeError: one is none.
+
+    >>> check_names(["anna/walk.joints.csv"])
+    >>> check_names(["../walk.joints.csv"])
+    Traceback (most recent call last):
+    ValueError: ../walk.joints.csv
+    """
+    for name in names:
+        path = PurePath(name)
+        if path.is_absolute() or path.drive or ".." in path.parts or "\0" in name:
+            raise ValueError(name)
+
+
+def _is_number(value: Any) -> bool:
+    # A number of 400 digits is one, too, and nothing that can be calculated with.
+    return type(value) in (int, float) and abs(value) < 1e300
 
 
 def _lock(file: int, path: Path) -> None:

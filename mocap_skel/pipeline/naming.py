@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from glob import escape
+from typing import TYPE_CHECKING
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import AssociationError, CallError
 from mocap_skel.figure.skeleton import STANDARD, Skeleton, shipped_skeletons
 from mocap_skel.labels.association import Association, check_subject
 from mocap_skel.labels.doubles import with_right_doubles
-from mocap_skel.labels.shipped import Match, best_match, match
+from mocap_skel.labels.guess.part import figures
+from mocap_skel.labels.shipped import Match, best_match, match, seen_rules
 from mocap_skel.labels.subjects import with_subjects
 from mocap_skel.text import counted, listed
+
+if TYPE_CHECKING:
+    from mocap_skel.labels.guess import Guess
 
 # Share of an association file's lines; with fewer in the clip, another file that knows twice as much is meant.
 FEW_LINES = 0.3
@@ -26,14 +33,18 @@ class Named:
 
     Attributes:
         clip: with its subjects, and the right one of labels that stand twice.
+        whole: the same before parts of a body became subjects.
         associations: the markers and the figure; further ones for other parts of the body, where the clip
             does not show the human's root. Each part is then a subject of the clip.
         notes: what was decided, one sentence each, the reader's too.
+        guess: what it says of every label; None where an association file is used.
     """
 
     clip: Clip
+    whole: Clip
     associations: tuple[Association, ...]
     notes: tuple[str, ...]
+    guess: Guess | None = None
 
     @property
     def association(self) -> Association:
@@ -56,7 +67,7 @@ def name_markers(
         clip: as it was read.
         association: from a file; None = guessed, or a shipped one that knows more labels.
         subject: this one only.
-        figure: guess for this one, in place of the human or its parts that the clip shows.
+        figure: take this one, in place of the human or its parts that the clip shows; an association has it.
         strict: no clear name may contradict the movement.
         how: options that the clip was read with, for the commands that hints name.
 
@@ -68,22 +79,37 @@ def name_markers(
     >>> named.association.skeleton.name, len(named.association.rules)
     ('human', 41)
     """
-    from mocap_skel.labels.guess import GUESSED
-
     clip = with_subjects(clip, association)
     check_subject(clip, subject)
     if association is not None:
         if association.rules:
             _check_known(clip, association, subject)
         clip = with_right_doubles(clip, {r.label: r.segment for r in association.rules})
-        return Named(clip, (association,), clip.notes)
+        parts = () if figure is not None else _parts(clip, association, subject)
+        if not parts:
+            return Named(clip, clip, (association,), clip.notes)
+        shown = listed(part.skeleton.name for part in parts)
+        root = association.skeleton.root.name
+        note = f"the clip shows no three markers of {root}: of the figure {shown}"
+        return _named(clip, subject, parts, note, None)
     told = with_right_doubles(clip, _segments_by_name(clip))
-    associations, note = _guessed(told, subject, figure, strict, how)
-    if associations[0].path != GUESSED:
+    associations, note, guess = _guessed(told, subject, figure, strict, how)
+    if guess is None:
         # A file's labels are those of the file, copies and all.
         segments = {rule.label: rule.segment for rule in associations[0].rules}
         told = with_right_doubles(clip, segments)
-    clip = told
+    return _named(told, subject, associations, note, guess)
+
+
+def _named(
+    clip: Clip,
+    subject: str | None,
+    associations: tuple[Association, ...],
+    note: str,
+    guess: Guess | None,
+) -> Named:
+    """The clip, in which each part of the body is a subject where there are several."""
+    whole = clip
     if len(associations) > 1:
         one = subject or (clip.subject_names[0] if len(clip.subject_names) == 1 else None)
         if one is None:
@@ -94,7 +120,32 @@ def name_markers(
             associations = associations[:1]
         else:
             clip = _parted(clip, one, associations)
-    return Named(clip, associations, (*clip.notes, note))
+    return Named(clip, whole, associations, (*clip.notes, note), guess)
+
+
+def _parts(clip: Clip, association: Association, subject: str | None) -> tuple[Association, ...]:
+    """An association of the human as those of the parts that the clip shows; none where it shows the human's root."""
+    if association.figure != STANDARD or not association.rules:
+        return ()
+    seen = {rule.label: rule for rule in seen_rules(clip, association, subject)}
+    found = figures(Counter(rule.segment for rule in seen.values()), association.skeleton)
+    if found[0].name == association.skeleton.name:
+        return ()
+    parts = []
+    for figure in found:
+        own = {segment.name for segment in figure.segments}
+        rules = tuple(rule for rule in association.rules if rule.segment in own)
+        rest = tuple(escape(r.label) for r in association.rules if r.segment not in own)
+        parts.append(
+            replace(
+                association,
+                skeleton=figure,
+                rules=rules,
+                ignored=(*association.ignored, *rest),
+                figure=figure.name,
+            )
+        )
+    return tuple(parts)
 
 
 def _check_known(clip: Clip, association: Association, subject: str | None) -> None:
@@ -152,8 +203,8 @@ def _guessed(
     figure: Skeleton | None,
     strict: bool,
     how: Sequence[str],
-) -> tuple[tuple[Association, ...], str]:
-    """The associations that names and motion give, or a shipped one that knows more; and what to say.
+) -> tuple[tuple[Association, ...], str, Guess | None]:
+    """The associations that names and motion give, or a shipped one that knows more; what to say; the guess if used.
 
     Raises:
         CallError: neither is sure.
@@ -173,14 +224,18 @@ def _guessed(
         best = best_match(clip, subject)
         if best is not None and knows_more(best, placed, may_be, clip, subject):
             said = f"no --assoc: the shipped file {best.name} has {counted(best.labels, 'label')} of the clip"
-            return (best.association,), f"{said}, more than names tell ({placed}), and is used"
+            return (
+                (best.association,),
+                f"{said}, more than names tell ({placed}), and is used",
+                None,
+            )
     if trouble is not None:
         if missing := what_is_missing(clip):
             raise CallError(f"{clip.name}: no figure to fit: {missing}", trouble.hint) from trouble
         raise trouble
     assert guess is not None, "there is no trouble"
     said = f"no --assoc, so it is guessed from names and motion: {in_words(guess)}"
-    return guess.associations(), f"{said}{doubts(guess)}"
+    return guess.associations(), f"{said}{doubts(guess)}", guess
 
 
 def knows_more(best: Match, placed: int, may_be: int, clip: Clip, subject: str | None) -> bool:

@@ -10,9 +10,9 @@ from shutil import rmtree
 from typing import Any
 
 from mocap_skel.errors import OutputError, ours
-from mocap_skel.export.files import put_all
-from mocap_skel.pipeline.isolation import interrupts_held
-from mocap_skel.pipeline.manifest import BROKEN, Manifest
+from mocap_skel.export.files import identity, put_all
+from mocap_skel.export.interrupts import interrupts_held
+from mocap_skel.pipeline.manifest import BROKEN, Manifest, check_line, check_names
 
 # How the folder is called where results wait, and the file in it that says what is being put into its place.
 STAGE = ".batch-"
@@ -84,13 +84,27 @@ def clean_up(manifest: Manifest) -> None:
         OutputError: the manifest cannot be written.
     """
     for stage in sorted(manifest.folder.glob(f"{STAGE}*")):
-        try:
-            entry = json.loads((stage / _MOVING).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            entry = None  # nothing was being put, or nothing yet
+        entry = _moving(stage)
         if entry is not None:
             _undo(manifest, stage, entry)
         rmtree(stage, ignore_errors=True)
+
+
+def _moving(stage: Path) -> dict[str, Any] | None:
+    """What was being put into its place; None for nothing, or nothing yet, or what no batch has written."""
+    path = stage / _MOVING
+    try:
+        # Whatever lies there, it is in a folder that others may write to.
+        if stage.is_symlink() or not path.is_file():
+            return None
+        entry = json.loads(path.read_text(encoding="utf-8"))
+        check_line(entry["line"])
+        check_names(entry["new"])
+        check_names(entry["parts"])
+        check_names(entry["parts"].values())
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return None
+    return dict(entry)
 
 
 def _undo(manifest: Manifest, stage: Path, entry: Mapping[str, Any]) -> None:
@@ -100,12 +114,24 @@ def _undo(manifest: Manifest, stage: Path, entry: Mapping[str, Any]) -> None:
         line["sha256"], line["options"], line["files"],
     ):  # fmt: skip
         return
-    moved = [name for name, part in entry["parts"].items() if not (stage / part).exists()]
-    if moved:
-        _take_away(manifest.folder, [name for name in moved if name in entry["new"]])
+    put = [
+        name
+        for name, part in entry["parts"].items()
+        if _is_put(manifest.folder / name, stage / part)
+    ]
+    if put:
+        _take_away(manifest.folder, [name for name in put if name in entry["new"]])
         reason = "the program was ended while it put the results into their places"
         broken = {"status": BROKEN, "reason": reason, "files": {}, "joints": []}
         manifest.append({**line, **broken})
+
+
+def _is_put(target: Path, part: Path) -> bool:
+    """Whether a file was on its way to its place: gone from where it waited, there under both names, or announced."""
+    if not part.exists():
+        return True
+    at = identity(target)
+    return at is not None and (at == identity(part) or target.stat().st_size == 0)
 
 
 def _take_away(folder: Path, names: list[str]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,12 +12,13 @@ from mocap_skel.gait.events import event_row
 from mocap_skel.pipeline.clip_files import Done
 from mocap_skel.results.rig_rows import RIG_TABLE, rig_rows
 from mocap_skel.results.tables import JOINT_TABLE, joint_rows
+from mocap_skel.text import visible
 
 Manner = Literal["tables", "wide", "json", ""]
 """Tables, tables with all columns, JSON lines, or nothing."""
 
 # What lines of JSON say of themselves that are about no joint.
-NOTES, FAILURES = "notes", "failures"
+ABOUT, NOTES, FAILURES = "about", "notes", "failures"
 
 
 def told(path: Path, done: Done, manner: Manner) -> tuple[str, ...]:
@@ -25,6 +26,11 @@ def told(path: Path, done: Done, manner: Manner) -> tuple[str, ...]:
     if manner == "json":
         return tuple(json.dumps(row, allow_nan=False) for row in _rows(path, done))
     return tuple(_tables(path, done, manner == "wide")) if manner else ()
+
+
+def wrote(paths: Iterable[Path]) -> str:
+    """A line that names the files that were written."""
+    return f"wrote {', '.join(visible(str(path)) for path in paths)}"
 
 
 def note_row(path: Path, note: str) -> str:
@@ -50,18 +56,22 @@ def _rows(path: Path, done: Done) -> Iterator[dict[str, Any]]:
         about = {"table": RIG_TABLE, "formats": figure.formats}
         for row in rig_rows(figure.quality):
             yield {"clip": clip, "subject": figure.subject, **about, **row}
+    options = dict(done.options())
+    if ABOUT in options["formats"]:
+        yield {"clip": clip, "table": ABOUT, "version": options.pop("version"), "options": options}
 
 
 def _tables(path: Path, done: Done, wide: bool) -> Iterator[str]:
-    from mocap_skel.report.rig_table import rig_table
     from mocap_skel.report.terminal import joint_table, sentence
     from mocap_skel.results.verdict import verdict
 
     for fit in done.fits:
-        yield joint_table(fit, str(path), wide=wide)
-        for words in verdict(fit, joint_rows(fit)):
+        yield joint_table(fit, visible(str(path)), wide=wide)
+        for words in verdict(fit, joint_rows(fit, angles=False)):
             yield sentence(words)
         for figure in done.figures:
             if figure.subject == fit.subject:
+                from mocap_skel.report.rig_table import rig_table
+
                 yield rig_table(figure.quality, figure.formats, wide=wide)
-    yield f"wrote {', '.join(str(file) for file in done.files)}"
+    yield wrote(done.files)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import MISSING, asdict, fields, replace
+from dataclasses import MISSING, fields, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from mocap_skel.export.digest import digest_of
+from mocap_skel.export.registry import told_of
 from mocap_skel.pipeline.job import Job
 from mocap_skel.version import __version__
 
@@ -42,19 +44,13 @@ def options_of(job: Job) -> dict[str, Any]:
         told["calibration_sha256"] = sha256(_calibration_text(job)).hexdigest()
     if job.static is not None:
         told["static"] = job.static.name
-        told["static_sha256"] = sha256(job.static.read_bytes()).hexdigest()
+        told["static_sha256"] = digest_of(job.static)
     for one in fields(job):
         value = getattr(job, one.name)
         default = one.default if one.default_factory is MISSING else one.default_factory()
         if one.name not in _NO_OPTIONS and value != default:
             told[one.name] = value
-    told["formats"] = {
-        chosen.format.name: {
-            key: value for key, value in asdict(chosen.options).items()
-            if value != getattr(type(chosen.options)(), key)
-        }
-        for chosen in job.formats
-    }  # fmt: skip
+    told["formats"] = told_of(job.formats)
     # As it is read from the manifest: lists, no tuples.
     plain: dict[str, Any] = json.loads(json.dumps(told, default=str))
     return plain

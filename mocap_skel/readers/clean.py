@@ -13,7 +13,7 @@ from mocap_skel.readers.raw import FARTHEST, FASTEST, SLOWEST, RawClip
 from mocap_skel.readers.repeated import repeated, sentences
 from mocap_skel.readers.two_scales import second_scale
 from mocap_skel.readers.units import SIGN_OF, scale
-from mocap_skel.text import counted, listed
+from mocap_skel.text import counted, listed, printable
 
 # So many samples, or numbers, that cannot be coordinates are an oddity; more are damage.
 _ODD = 2
@@ -47,7 +47,8 @@ def clean(
     frames, count = raw.points.shape[:2]
     if not frames or not count:
         raise ClipError(f"no points in it (points: {count}, frames: {frames})")
-    notes = list(raw.notes)
+    # They name what is in the file.
+    notes = [printable(note) for note in raw.notes]
     names, subjects = names_and_subjects(raw)
     keep, left_out = markers(names, subjects, raw)
     for reason, out in left_out.items():
@@ -75,6 +76,7 @@ def clean(
         measures = {}
     points *= metres
     upward, said_by = _up(raw, up, notes)
+    zero = min(1, raw.first_frame) if raw.zero_frame is None else raw.zero_frame
     moments = events(raw.events, hertz, raw.first_frame, frames, notes)
     return Clip(
         name=name,
@@ -91,6 +93,7 @@ def clean(
         doubles=doubles(names, subjects),
         measures=measures,
         events=moments,
+        zero_frame=zero,
     )
 
 

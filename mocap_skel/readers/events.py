@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from mocap_skel.events import Event
 from mocap_skel.readers.raw import RawEvent
+from mocap_skel.text import printable
 
 
 def events(
@@ -43,9 +44,9 @@ def events(
         Event(
             round(event.time + start / rate, 6),
             number + start,
-            event.label,
-            event.context,
-            event.subject,
+            printable(event.label),
+            printable(event.context),
+            printable(event.subject),
         )
         for event, number in zip(raw, numbers, strict=True)
         if inside(number + start)

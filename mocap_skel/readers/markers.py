@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mocap_skel.readers.raw import RawClip
 from mocap_skel.readers.unlabelled import unlabelled
-from mocap_skel.text import listed
+from mocap_skel.text import listed, printable
 
 # No "Angle" on its own: the scapula's inferior angle is a place for a marker.
 _MODEL_NAME = re.compile(
@@ -34,9 +34,7 @@ def names_and_subjects(raw: RawClip) -> tuple[list[str], list[str]]:
     found = [*raw.labels[:count], *[""] * (count - len(raw.labels))]
     names, subjects = [], []
     for text in found:
-        # What a terminal would obey, or nobody would see.
-        printable = "".join(c if c.isprintable() else "?" for c in text)
-        subject, _, name = printable.rpartition(":")
+        subject, _, name = printable(text).rpartition(":")
         names.append(name.strip())
         subjects.append(subject.strip())
     return names, subjects

@@ -47,6 +47,8 @@ class RawClip:
         up_name: what the file calls that, for messages.
         usual_up: the axis that is mostly vertical in files of its format, for one that does not say.
         first_frame: the file's own number of the first frame.
+        zero_frame: the number that a frame at time 0 has, by the file's own times; None where it has none, and
+            times count from frame 1.
         computed: labels of points that a model computed, by the file's own lists; with or without subject.
         earlier: labels of points that an earlier fit of this program added.
         rescale: a second scale that the file gives for its coordinates, as a part of the first, by which they
@@ -65,6 +67,7 @@ class RawClip:
     up_name: str = "the vertical axis"
     usual_up: str = "z"
     first_frame: int = 1
+    zero_frame: float | None = None
     computed: frozenset[str] = frozenset()
     earlier: frozenset[str] = frozenset()
     rescale: float = 1.0

@@ -15,6 +15,7 @@ from pkgutil import iter_modules
 
 from mocap_skel.errors import CallError, ClipError, Told, ours
 from mocap_skel.readers.raw import RawClip
+from mocap_skel.text import check_file
 
 HEAD = 1 << 18
 """Bytes of a file that a sniff gets; all of a shorter file."""
@@ -107,8 +108,6 @@ def format_of(path: Path) -> Format:
     _refuse_no_file(path)
     with path.open("rb") as file:
         head = file.read(HEAD)
-        # A pipe gives its bytes once, and the reader opens the file again: this refuses it.
-        file.seek(0)
     if not head:
         raise ClipError("an empty file")
     told = {entry: entry.sniff(head) for entry in formats()}
@@ -141,11 +140,13 @@ def _refuse_no_file(path: Path) -> None:
 
     Raises:
         CallError: it is one.
+        ClipError: it is a pipe or a device: the reader opens the file again.
     """
     if path.is_dir():
         raise CallError(f"{path}: a folder is no clip", f"name its files: {path / '*.c3d'}")
     if str(path) == "-" and not path.exists():
         raise CallError("-: a clip is not read from standard input", "give the name of a file")
+    check_file(path, ClipError)
 
 
 def _either(words: list[str]) -> str:

@@ -108,7 +108,7 @@ def _ticks(low: float, high: float) -> list[float]:
     """Round numbers of degrees, three to six of them."""
     steps = (5.0, 10.0, 20.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1800.0)
     step = next((s for s in steps if (high - low) / s <= 6), steps[-1])
-    return list(np.arange(np.ceil(low / step) * step, high, step).tolist())
+    return list((np.arange(np.ceil(low / step) * step, high, step) + 0.0).tolist())
 
 
 def _line(x: Array, y: Array, where: str) -> str:

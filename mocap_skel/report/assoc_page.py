@@ -81,6 +81,7 @@ def _scene(clip: Clip, start: Start) -> tuple[dict[str, Any], bytes]:
         "clip": Path(clip.name).name,
         "frames": len(positions),
         "firstFrame": int(clip.first_frame),
+        "zeroFrame": float(clip.zero_frame),
         "every": every,
         "rate": float(clip.rate),
         "up": AXES.index(clip.up),

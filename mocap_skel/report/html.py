@@ -149,7 +149,7 @@ def _played(shown: Moving, bands: Sequence[Band]) -> str:
 
 def _verdict(fit: SkeletonFit) -> str:
     """The sentences behind that line: which joints to trust, what to film."""
-    return "<br>".join(text(sentence) for sentence in verdict(fit, joint_rows(fit)))
+    return "<br>".join(text(sentence) for sentence in verdict(fit, joint_rows(fit, angles=False)))
 
 
 def _shown(joint: JointFit) -> str:

@@ -99,6 +99,7 @@ def scene(
     about = {
         "frames": len(positions),
         "firstFrame": int(clip.first_frame),
+        "zeroFrame": float(clip.zero_frame),
         "every": every,
         "rate": float(clip.rate),
         "up": AXES.index(fit.up[-1]),

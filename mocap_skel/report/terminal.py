@@ -12,7 +12,7 @@ import numpy as np
 from mocap_skel.clip import Clip
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.skeleton_fit import SkeletonFit
-from mocap_skel.text import counted, listed
+from mocap_skel.text import counted, listed, visible
 
 if TYPE_CHECKING:
     from mocap_skel.joints.calibration import Calibrated
@@ -159,14 +159,16 @@ def calibration_table(done: Calibrated, *, wide: bool = False) -> str:
     """
     clips = done.calibration.clips
     rows = [(*joint_cells(one.joint)[:-1], _shares(one.shares)) for one in done.joints]
-    frames = ", ".join(f"{clip.clip} {clip.frames} frames" for clip in clips)
+    frames = ", ".join(f"{visible(clip.clip)} {clip.frames} frames" for clip in clips)
     title = sentence(f"{counted(len(clips), 'clip')} of one actor: {frames}")
     return f"{title}\n{_joints(rows, 'from', wide)}"
 
 
 def _shares(shares: Mapping[str, float]) -> str:
     """Clips that gave a part of a joint that can be written in whole per cent."""
-    parts = [f"{clip} {100 * share:.0f} %" for clip, share in shares.items() if share >= 0.005]
+    parts = [
+        f"{visible(clip)} {100 * share:.0f} %" for clip, share in shares.items() if share >= 0.005
+    ]
     return ", ".join(parts) or "-"
 
 
@@ -178,7 +180,7 @@ def clip_table(clip: Clip, markers: Sequence[dict[str, object]]) -> str:
         markers: the rows of `results.inspection.marker_rows`.
     """
     head = [
-        f"{clip.name}: {clip.frames} frames at {clip.rate:g} Hz, first frame {clip.first_frame}, "
+        f"{visible(clip.name)}: {clip.frames} frames at {clip.rate:g} Hz, first frame {clip.first_frame}, "
         f"unit {clip.unit}, {clip.up} up",
         f"{len(clip.labels)} markers, {100 * float(clip.missing().mean()):.1f} % of samples missing",
     ]

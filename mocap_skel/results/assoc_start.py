@@ -16,7 +16,7 @@ from mocap_skel.labels.association import (
     associate,
     check_subject,
 )
-from mocap_skel.labels.guess import Line, guess_association, in_words
+from mocap_skel.labels.guess import GUESSED, Guess, Line, guess_association, in_words
 from mocap_skel.labels.guess.names import LIKELY, UNSURE
 from mocap_skel.labels.guess.rigid import distances, rigid_groups
 from mocap_skel.results.marker_check import MarkerCheck, check_association
@@ -85,9 +85,15 @@ class Start:
 
 
 def start_from_guess(
-    clip: Clip, skeleton: str | None = None, subject: str | None = None, how: Sequence[str] = ()
+    clip: Clip,
+    skeleton: str | None = None,
+    subject: str | None = None,
+    how: Sequence[str] = (),
+    guess: Guess | None = None,
 ) -> Start:
     """What the guess says of each label. Where it knows nothing, no marker is assigned.
+
+    Several parts of a body are on the page as what they are of: the human.
 
     Args:
         clip: the recording.
@@ -95,6 +101,7 @@ def start_from_guess(
             not have are not assigned.
         subject: this one only.
         how: options that the clip was read with, for the commands that hints name.
+        guess: where it is made already, for this figure and subject.
 
     Raises:
         CallError: there is no such subject.
@@ -108,17 +115,16 @@ def start_from_guess(
     check_subject(clip, subject)
     figure = None if skeleton is None else read_skeleton(skeleton)
     try:
-        guess = guess_association(clip, subject, how)
+        guess = guess or guess_association(clip, subject, how, figure)
     except CallError as error:
         said = error.message.removeprefix(f"{clip.name}: ")
         return _of(clip, figure or read_skeleton(STANDARD), skeleton or STANDARD, subject, {}, said)
-    lines = guess.lines if figure is None else tuple(_inside(guess.lines, figure))
-    guess = replace(guess, skeleton=figure or guess.skeleton, lines=lines)
-    name = skeleton or guess.skeleton.name
-    return _of(
-        clip, guess.skeleton, name, subject, {x.label: x for x in lines}, in_words(guess),
-        guess.association() if guess.used else None,
-    )  # fmt: skip
+    shown = read_skeleton(STANDARD) if guess.parts else guess.skeleton
+    name = skeleton or (STANDARD if guess.parts else guess.skeleton.name)
+    rules = tuple(rule for part in guess.associations() for rule in part.rules)
+    association = Association(GUESSED, shown, rules, ()) if rules else None
+    lines = {line.label: line for line in _inside(guess.lines, shown)}
+    return _of(clip, shown, name, subject, lines, in_words(guess), association)
 
 
 def start_from_file(clip: Clip, association: Association, subject: str | None = None) -> Start:
@@ -200,7 +206,7 @@ def _inside(lines: Sequence[Line], figure: Skeleton) -> Iterator[Line]:
     for line in lines:
         has = line.segment in segments
         if has and line.standard:
-            has = figure.segment_of.get(line.marker) == line.segment
+            has = figure.segment_of.get(line.marker, line.segment) == line.segment
         yield (
             line if has else replace(line, marker="", segment="", standard=False, confidence="open")
         )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from mocap_skel.rig.quality import Quality
+if TYPE_CHECKING:
+    from mocap_skel.rig.quality import Quality
 
 # What a line of JSON that is about a segment of a rigid figure says of itself: others are `tables.JOINT_TABLE`.
 RIG_TABLE = "rig quality"

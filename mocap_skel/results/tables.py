@@ -87,8 +87,12 @@ JOINT_COLUMNS = (
 )  # fmt: skip
 
 
-def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
+def joint_rows(fit: SkeletonFit, *, angles: bool = True) -> list[dict[str, Any]]:
     """The rows of joints.csv: one a joint, with the evidence for it.
+
+    Args:
+        fit: of one subject.
+        angles: whether `angles` and `angles_se_deg` are found, which takes longer than all the rest; else they are empty.
 
     Returns:
         `JOINT_COLUMNS` → value. Lengths are metres, the angle is in degrees; None = there is no value. `bone` is the
@@ -108,7 +112,7 @@ def joint_rows(fit: SkeletonFit) -> list[dict[str, Any]]:
         if len(places) == 2:
             here, there = (medians[i] for i in places)
             difference[places] = np.array([here - there, there - here]) / (0.5 * (here + there))
-    errors = angle_errors(fit) if fit.joints else {}
+    errors = angle_errors(fit) if angles and fit.joints else {}
     rows = []
     for joint, median, other in zip(fit.joints, medians, difference, strict=True):
         length = lengths[joint.joint].length if joint.joint in lengths else np.empty(0)

@@ -6,9 +6,10 @@ margin in nearly all frames, and an exchange is named only if it puts right all 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
+from types import MappingProxyType
 
 import numpy as np
 
@@ -31,10 +32,10 @@ BACKWARDS = -0.5
 FLAT = 0.2
 # What nearness counts for beside likeness of the two sides, both as logarithms of distances.
 COMPACT = 0.5
-# Exchanges of sides that are looked for one after the other.
-SEVERAL = 4
 
 Tracks = Mapping[str, Array]
+# Two pairs, by their names without L and R → how clearly their sides agree; negative where they contradict each other.
+Edges = Mapping[tuple[str, str], float]
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Exchange:
 
 
 def exchanged(tracks: Tracks) -> list[Exchange]:
-    """Exchanges that the places of the markers show.
+    """Exchanges that the places of the markers show, but for those of left and right.
 
     Args:
         tracks: standard name → (frames, 3), metres, NaN = missing.
@@ -70,7 +71,7 @@ def exchanged(tracks: Tracks) -> list[Exchange]:
     """
     found = []
     tracks = dict(tracks)
-    for search in (_sides, _order, _fronts):
+    for search in (_order, _fronts):
         for one in list(search(tracks)):
             found.append(one)
             for first, second in one.pairs:
@@ -199,45 +200,113 @@ def _twin(name: str) -> str:
 # --- left and right
 
 
-def _sides(tracks: Tracks) -> Iterator[Exchange]:
-    """Pairs, and whole parts, whose left and right are exchanged against the rest of the body."""
-    edges = _edges(tracks)
-    nodes = {name for edge in edges for name in edge}
-    parts = {
-        part: frozenset(name for name in names if name in nodes) for part, names in PARTS.items()
-    }
-    sets = {frozenset([name]): "" for name in sorted(nodes)}
-    sets |= {own: part for part, own in parts.items() if 1 < len(own) < len(nodes)}
-    for _ in range(SEVERAL):
-        best: frozenset[str] | None = None
-        worth, edge = (0.0, 0), ("", "")
-        for own in sets:
-            across = {e: v for e, v in edges.items() if (e[0] in own) != (e[1] in own) and v}
-            if across and max(across.values()) < 0:
-                gain = -sum(across.values())
-                if gain < worth[0]:
-                    continue
-                # Of two parts that contradict each other only, the left-handed one is exchanged.
-                this = (gain, _right_handed(_other_sides(tracks, own)))
-                if best is None or this > worth:
-                    best, worth = own, this
-                    edge = min(across, key=lambda e: across[e])
-        if best is None:
-            return
-        edges = {e: -v if (e[0] in best) != (e[1] in best) else v for e, v in edges.items()}
-        one, other = edge if edge[0] in best else edge[::-1]
+def sides(tracks: Tracks, firm: Edges = MappingProxyType({})) -> list[Exchange]:
+    """Pairs of markers, and whole parts, whose left and right are exchanged against the rest of the body.
+
+    Two pairs agree in their sides where each marker is with the one of its own side, and contradict each other
+    where it is with the other's. What agrees is kept together. So one exchange explains all contradictions, and
+    nothing is named that contradicts nothing.
+
+    Args:
+        tracks: standard name → (frames, 3), metres, NaN = missing.
+        firm: two names without their L or R → positive where the movement shows that their sides agree, negative
+            where they contradict each other (`Rigidity.sides`).
+
+    Example:
+        The knees' markers, whose labels are exchanged, are nearer to the other side's thigh.
+
+        >>> import numpy as np
+        >>> at = {"LTHI": (1, 7), "RTHI": (-1, 7), "LTIB": (1, 3), "RTIB": (-1, 3), "LKNE": (-1, 5), "RKNE": (1, 5)}
+        >>> tracks = {name: np.tile([0.0, 0.1 * y, 0.1 * z], (9, 1)) for name, (y, z) in at.items()}
+        >>> [found.pairs for found in sides(tracks)]
+        [(('LKNE', 'RKNE'),)]
+    """
+    found = []
+    edges = {edge: value for edge, value in {**_edges(tracks), **firm}.items() if value}
+    for cluster in _contradicting(tracks, edges):
+        across = [e for e, v in edges.items() if v < 0 and (e[0] in cluster) != (e[1] in cluster)]
+        edge = min(across, key=lambda e: edges[e])
+        one, other = edge if edge[0] in cluster else edge[::-1]
         near, far = _far(tracks, f"L{one}", f"R{other}"), _far(tracks, f"L{one}", f"L{other}")
-        part = sets[best]
-        names = (
-            best
-            if not part
-            else {n for n in PARTS[part] if f"L{n}" in tracks and f"R{n}" in tracks}
+        part, names = _part(tracks, cluster, {name for e in edges for name in e})
+        found.append(
+            Exchange(
+                tuple((f"L{name}", f"R{name}") for name in sorted(names)),
+                f"L{one} is {100 * far:.0f} cm from L{other} and {100 * near:.0f} cm from R{other}",
+                part,
+            )
         )
-        yield Exchange(
-            tuple((f"L{name}", f"R{name}") for name in sorted(names)),
-            f"L{one} is {100 * far:.0f} cm from L{other} and {100 * near:.0f} cm from R{other}",
-            part,
+    return found
+
+
+def _contradicting(tracks: Tracks, edges: Edges) -> list[frozenset[str]]:
+    """The sets of names whose sides are exchanged; each agrees in itself."""
+    names = sorted({name for edge in edges for name in edge})
+    clusters: list[frozenset[str]] = [frozenset([name]) for name in names]
+    for (one, other), value in edges.items():
+        if value > 0:
+            joined = [c for c in clusters if one in c or other in c]
+            clusters = [c for c in clusters if c not in joined] + [frozenset().union(*joined)]
+    of = {name: i for i, cluster in enumerate(clusters) for name in cluster}
+    against: dict[int, set[int]] = {i: set() for i in range(len(clusters))}
+    for (one, other), value in edges.items():
+        if value < 0 and of[one] != of[other]:
+            against[of[one]].add(of[other])
+            against[of[other]].add(of[one])
+    wrong: list[frozenset[str]] = []
+    left = {i for i, others in against.items() if others}
+    while left:
+        sides = {min(left): 0}
+        queue = list(sides)
+        for i in queue:
+            for j in sorted(against[i] - sides.keys()):
+                sides[j] = 1 - sides[i]
+                queue.append(j)
+        left -= sides.keys()
+        if any(sides[i] == sides[j] for i in sides for j in against[i]):
+            continue
+        halves = [[clusters[i] for i in sides if sides[i] == side] for side in (0, 1)]
+        # Either half may be the exchanged one: that which makes right-handed axes, then the smaller one.
+        wrong += min(
+            halves,
+            key=lambda half: (
+                -_right_handed(_other_sides(tracks, [n for c in half for n in c])),
+                sum(map(len, half)),
+            ),
         )
+    return wrong
+
+
+def _part(
+    tracks: Tracks, cluster: frozenset[str], known: Container[str]
+) -> tuple[str, frozenset[str]]:
+    """What exchanged pairs are called, "" for a single one; and all of them, also those of which nothing is known."""
+    if len(cluster) == 1:
+        return "", cluster
+    for part, names in PARTS.items():
+        there = [n for n in names if f"L{n}" in tracks and f"R{n}" in tracks]
+        if cluster == {name for name in there if name in known}:
+            return part, frozenset(there)
+    whole = [part for part, names in PARTS.items() if cluster <= set(names)]
+    smallest = min(whole, key=lambda part: len(PARTS[part]), default="the body")
+    return f"some markers of {smallest}", cluster
+
+
+def turned_head(tracks: Tracks) -> list[Exchange]:
+    """The head, which turns too far for nearness: where its axes are left-handed, and all others right-handed.
+
+    Args:
+        tracks: standard name → (frames, 3), metres, with all other exchanges put right: one wrong marker turns the
+            axes over, too.
+    """
+    hands = _hands(tracks)
+    head = hands.pop("head", 0.0)
+    others = [hand for hand in hands.values() if hand]
+    if head >= 0 or len(others) < 2 or min(others) < 0:
+        return []
+    pairs = tuple((f"L{n}", f"R{n}") for n in PARTS["the head"] if f"L{n}" in tracks)
+    words = "left, up and front make left-handed axes there and right-handed ones elsewhere"
+    return [Exchange(pairs, words, "the head")]
 
 
 def _other_sides(tracks: Tracks, pairs: Iterable[str]) -> Tracks:

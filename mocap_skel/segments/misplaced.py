@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import LabelError
 from mocap_skel.figure.skeleton import Skeleton
-from mocap_skel.segments.body_order import Exchange, disorder, exchanged, mirrored
+from mocap_skel.segments.body_order import (
+    Exchange,
+    disorder,
+    exchanged,
+    mirrored,
+    sides,
+    turned_head,
+)
 from mocap_skel.segments.pose import Array
 from mocap_skel.segments.rigidity import Rigidity
 from mocap_skel.text import listed
@@ -112,8 +119,8 @@ def _plain(columns: Columns) -> dict[str, dict[str, int]]:
 def find_misplaced(points: Array, columns: Columns, skeleton: Skeleton) -> Misplaced:
     """Compare the markers of one subject with how bodies move and are made.
 
-    First rigidity: markers that move with another segment than theirs. Then, with that put right, what needs no
-    movement: order along limbs, left and right, front and back. Then whether the body as a whole is mirrored.
+    First left and right. Then rigidity: markers that move with another segment than theirs. Then, with that put right,
+    what needs no movement: order along limbs, front and back. Then whether the body as a whole is mirrored.
 
     Args:
         points: of the clip, (frames, all markers, 3), metres, NaN = missing.
@@ -154,22 +161,31 @@ def judged(figure: Rigidity) -> Judged:
     def broken(m: int, n: int) -> int:
         return disorder({**tracks, names[m]: tracks[names[n]], names[n]: tracks[names[m]]})
 
-    before = figure.fit(figure.given)
-    partner = figure.exchange(broken)
+    partner: dict[int, int] = {}
     sentences = []
-    for m, n in partner.items():
+
+    def put_right(found: Iterable[Exchange]) -> None:
+        for one in found:
+            pairs = [(at[first], at[second]) for first, second in one.pairs]
+            if any(m in partner for pair in pairs for m in pair):
+                continue
+            sentences.append(_sentence(one))
+            for m, n in pairs:
+                put(names[m], names[n])
+                figure.segment[[m, n]] = figure.segment[[n, m]]
+                partner.update({m: n, n: m})
+
+    # Sides first: where those of a whole part are exchanged, what it is joined to would look exchanged.
+    put_right(sides(tracks, figure.sides()))
+    before = figure.fit(figure.segment)
+    firmer = figure.exchange(broken, partner)
+    partner |= firmer
+    for m, n in firmer.items():
         if m < n:
             put(names[m], names[n])
             sentences.append(_moves(figure, m, n, before))
-    for one in exchanged(tracks):
-        pairs = [(at[first], at[second]) for first, second in one.pairs]
-        if any(m in partner for pair in pairs for m in pair):
-            continue
-        sentences.append(_sentence(one))
-        for m, n in pairs:
-            put(names[m], names[n])
-            figure.segment[[m, n]] = figure.segment[[n, m]]
-            partner |= {m: n, n: m}
+    put_right(exchanged(tracks))
+    put_right(turned_head(tracks))
     moved = figure.move(partner)
     certain = {
         m

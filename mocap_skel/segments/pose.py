@@ -184,7 +184,10 @@ def wahba(x: Array, template: Array, weights: Array) -> tuple[Array, Array]:
     b = (t.T @ weighted.reshape(len(x), -1)).reshape(3, 3, -1).swapaxes(0, 1)
     size = np.einsum("mif,mif->f", weighted, away)
     size += (t * t).sum(axis=1) @ w - total * (t_mean * t_mean).sum(axis=0)
-    rotation = _foam(np.ascontiguousarray(b), 0.5 * size)
+    b = np.ascontiguousarray(b)
+    # Of a long clip they are the largest there is, and what follows needs as much again.
+    del away, weighted, x
+    rotation = _foam(b, 0.5 * size)
     flat = ~_spans_plane(w > 0, t)
     if flat.any():
         rotation[:, :, flat] = np.nan

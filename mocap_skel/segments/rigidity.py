@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Mapping
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,11 +113,36 @@ class Rigidity:
             return True
         return not float(median(values)) > LOOSE * self.typical
 
-    def exchange(self, broken: Callable[[int, int], int]) -> dict[int, int]:
+    def sides(self) -> dict[tuple[str, str], float]:
+        """Two pairs, left and right, of one segment → 1 where their sides agree, -1 where they contradict each other.
+
+        They contradict each other where, on both sides, a marker is much firmer with the other side's.
+        """
+        at = {name: m for m, (name, _) in enumerate(self.names)}
+        stems = [name[1:] for name in at if name[0] == "L" and f"R{name[1:]}" in at]
+        found = {}
+        for one, other in combinations(stems, 2):
+            a, b, c, d = (at[f"{side}{name}"] for name in (one, other) for side in "LR")
+            if self.given[a] != self.given[c] or self.given[b] != self.given[d]:
+                continue
+            own = self.cost[[a, b], [c, d]]
+            cross = self.cost[[a, b], [d, c]]
+            if not (self.known[[a, b], [c, d]] & self.known[[a, b], [d, c]]).all():
+                continue
+            if own.min() > max(self.limit, FIRMER * cross.max()):
+                found[one, other] = -1.0
+            elif cross.min() > max(self.limit, FIRMER * own.max()):
+                found[one, other] = 1.0
+        return found
+
+    def exchange(
+        self, broken: Callable[[int, int], int], placed: Container[int] = ()
+    ) -> dict[int, int]:
         """Exchange two markers of different segments, as long as that makes the figure much firmer.
 
         Args:
             broken: how many rules of the body's order are broken when two markers are exchanged as well.
+            placed: markers that stay where they are.
 
         Returns:
             Exchanged markers, both ways. `segment` is then put right.
@@ -124,8 +150,11 @@ class Rigidity:
         partner: dict[int, int] = {}
         for _ in range(len(self.names)):
             bad, score = self._bad(partner)
+            bad = [m for m in bad if m not in placed]
             chosen, best = None, np.inf
             for pair, trial in self._exchanges(bad):
+                if any(m in partner or m in placed for m in pair):
+                    continue
                 if self._firmer(pair, trial, score):
                     total = self._total(trial)
                     if total < self._total(self.segment):

@@ -101,6 +101,7 @@ def find_shape(points: Array, squares: Array | None = None) -> tuple[Shape, Pose
         if count > 3:
             template = np.nan_to_num(placed)
             weights = np.where(usable, _weights(error), 0.0)
+        del inside, error
     chosen = _best_three(template, np.isfinite(x[:, 0]) & usable[:, None])
     if chosen is None:
         return None

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from anatomy import JOINTS, association_of, filmed
 from commands import ROM, STILL, call, files
+from osim_files import read_motion
 from recordings import CLIPS, SAMPLES, fit_sample, rendered
 
 from mocap_skel import angles_table, joint_angles, read_clip, write_fit
@@ -39,6 +40,43 @@ def test_angles_csv_has_frames_times_and_three_columns_a_joint():
     assert list(table.columns) == head[1:] and table.index.name == "frame"
 
 
+@pytest.mark.parametrize("name", ["sto", "mot"])
+def test_storage_files_have_the_angles_of_the_table(name):
+    """Of every frame in which they are known: OpenSim's Storage stops at a nan, and says nothing."""
+    fit = fit_sample("gaps")
+    head, values = read(rendered("angles", fit).files[".angles.csv"])
+    made = rendered(name, fit)
+    text = made.files[f".angles.{name}"]
+    motion = read_motion(text)
+    kept = [head.index(title) for title in motion.names]
+    known = np.isfinite(values[:, kept]).all(axis=1)
+    assert 0 < known.sum() < len(known) and 2 < len(kept) < len(head) - 2
+    rest = [i for i in range(2, len(head)) if i not in kept]
+    assert (np.isnan(values[:, rest]).mean(axis=0) > 0.5).all()
+    rows, columns = known.sum(), len(kept) + 1
+    assert motion.head == {
+        "version": "1", "nRows": str(rows), "nColumns": str(columns), "inDegrees": "yes"
+    }  # fmt: skip
+    assert text.startswith("gaps\nversion=1\n")
+    np.testing.assert_allclose(motion.time, fit.time[known], atol=5.1e-9)
+    np.testing.assert_array_equal(motion.values, values[np.ix_(known, kept)])
+    lost, left = made.notes[-2:]
+    assert (
+        all(head[i] in lost for i in rest[:2])
+        and f": {(~known).sum()} of {len(known)} frames" in left
+    )
+
+
+def test_a_clip_without_a_whole_frame_is_no_storage_file():
+    fit = fit_sample("nearly_still")
+    gone = {
+        name: replace(one, pose=replace(one.pose, rotation=one.pose.rotation * np.nan))
+        for name, one in fit.segments.items()
+    }
+    with pytest.raises(ExportError, match="no frame in which all angles are known, and a STO has"):
+        rendered("sto", replace(fit, segments=gone))
+
+
 def test_the_rigid_figure_has_angles_where_the_free_fit_has_gaps():
     fit = fit_sample("gaps")
     (free,), (rigid,) = (rendered("angles", fit, rigid=r).files.values() for r in (False, True))
@@ -64,6 +102,15 @@ def test_a_static_clip_with_another_axis_up_gives_the_same_zero():
         other = joint_angles(here, there)
         for joint in plain.joints:
             np.testing.assert_allclose(other[joint.rule.name].degrees, joint.degrees, atol=1e-6)
+
+
+def test_a_static_clip_in_which_somebody_moves_is_told():
+    """Such as the functional trial, given in place of the standing one."""
+    fit = fit_sample("range_of_motion")
+    said = [note for note in joint_angles(fit, fit).notes if "does not stand still" in note]
+    assert len(said) == 1 and "Waist, Neck, RightShoulder" in said[0]
+    still = joint_angles(fit, fit_sample("nearly_still")).notes
+    assert not [note for note in still if "does not stand still" in note]
 
 
 def test_a_figure_without_angles_is_told_so():

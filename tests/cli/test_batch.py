@@ -245,7 +245,7 @@ class TestTheCall:
             ('sigma = ["1mm", "2mm"]', "sigma takes one value"),
             ("sigma = {x = 1}", "sigma takes no value of this kind"),
             ("jobs = 0", "is not in the range"),
-            ("jobs = ", "no TOML"),
+            ("jobs = ", "job.toml:1:8: Invalid value"),
         ],
     )
     def test_a_wrong_job_file_is_2(self, tmp_path, job, what):

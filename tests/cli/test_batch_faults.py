@@ -7,10 +7,12 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import pytest
-from commands import STILL, files, run
+from commands import STILL, files, run, tiny
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 HERE = Path(__file__).parents[1]
@@ -23,10 +25,10 @@ def lines(folder):
     return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
 
-def clips(folder, count):
+def clips(folder, count, clip=STILL):
     folder.mkdir()
     for i in range(count):
-        shutil.copy(STILL, folder / f"c{i}.c3d")
+        shutil.copy(clip, folder / f"c{i}.c3d")
     return folder
 
 
@@ -120,6 +122,53 @@ def lines_so_far(folder):
     path = folder / "manifest.jsonl"
     text = path.read_text() if path.exists() else ""
     return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
+
+
+KILLS = int(os.environ.get("MOCAP_SKEL_KILLS", "3"))
+# Kills from one whole run to the next, which has to mend what they left.
+ROUND = 4
+
+
+def check_killed(out):
+    """What a killed batch leaves: no line is about a file that is not there; a file without a line was being put."""
+    told, announced = {}, set()
+    for line in lines_so_far(out):
+        told |= line["files"]
+    for moving in out.glob(".batch-*/moving.json"):
+        with suppress(ValueError):
+            announced |= set(json.loads(moving.read_text())["parts"])
+    assert {name: (out / name).stat().st_size for name in told} == told
+    there = {name for name in files(out) if not name.startswith(".")}
+    assert there - {"manifest.jsonl", "manifest.csv", "summary.csv"} <= set(told) | announced
+
+
+def test_killed_at_random_moments(tmp_path):
+    """`make kills N=50` tries so many; a failure names the kill."""
+    clips(tmp_path / "data", 4, tiny())
+    out = tmp_path / "out"
+    call = ("data", "-a", "cmu", "-o", "out", "--jobs", 2, "-q")
+    since = time.monotonic()
+    assert run("batch", *call, cwd=tmp_path).returncode == 0
+    whole = time.monotonic() - since
+    rng = np.random.default_rng(0)
+    for kill in range(KILLS):
+        if kill % ROUND == 0:
+            shutil.rmtree(out)
+        running = start(*call, cwd=tmp_path)
+        time.sleep(rng.uniform(0.2, 1.0) * whole)
+        running.kill()
+        running.communicate(timeout=ENOUGH)
+        if out.exists():
+            check_killed(out)
+        if kill % ROUND == ROUND - 1 or kill == KILLS - 1:
+            done = run("batch", *call, cwd=tmp_path)
+            assert (done.returncode, done.stderr) == (0, ""), kill
+            last = {line["name"]: line for line in lines(out) if line["status"] != "broken"}
+            assert set(last) == {f"c{i}" for i in range(4)}, kill
+            # None that had a line was fitted again.
+            assert len(last) == sum(line["status"] == "done" for line in lines(out)), kill
+            check_killed(out)
+            assert not list(out.glob(".*")), kill
 
 
 def test_a_second_batch_into_one_folder_is_refused(tmp_path):

@@ -93,6 +93,25 @@ def test_a_clip_without_a_cycle_does_not_keep_the_others(folder, tmp_path):
     assert {row["clip"] for row in rows(tmp_path / "Knee.cycles.each.csv")} == {"floor.c3d"}
 
 
+def test_a_broken_clip_does_not_lose_the_others(folder, tmp_path):
+    """Not one that is cut off, nor one that needs --subject; without any that can be used nothing is written."""
+    cut, none = tmp_path / "cut.c3d", tmp_path / "none.c3d"
+    cut.write_bytes((folder / "floor.c3d").read_bytes()[:-200_000])
+    bad = (cut, SAMPLES / "two_dancers.c3d")
+    rest = ("--assoc", "cmu", "-j", "Knee", "--picture", "none", "-q", "-o", "out")
+    done = call("cycles", *bad, folder / "floor.c3d", *rest, cwd=tmp_path)
+    assert done.returncode == 1
+    assert f"error: {cut}: " in done.stderr and "choose with --subject" in done.stderr
+    assert done.stderr.endswith("mocap-skel: 2 of 3 clips failed\n")
+    each = rows(tmp_path / "out" / "Knee.cycles.each.csv")
+    assert {row["clip"] for row in each} == {"floor.c3d"}
+    for clips, code in (((*bad, none), 3), ((bad[1], bad[1]), 2), ((STILL, cut), 3)):
+        done = call("cycles", *clips, *rest[:-1], "other", cwd=tmp_path)
+        assert (done.returncode, done.stdout) == (code, "")
+        assert done.stderr.count("mocap-skel: error: ") == len(clips)
+    assert not (tmp_path / "other").exists()
+
+
 def test_found_events_as_a_table_and_on_the_page_and_in_the_picture(folder, tmp_path):
     walk = folder / "floor.c3d"
     done = call("fit", walk, "--assoc", "cmu", "--format", "events", cwd=tmp_path)

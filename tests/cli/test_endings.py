@@ -91,7 +91,7 @@ class TestBeforeAnyWork:
             (["calibrate", "x.c3d", "-a", "cmu", "--method", "lls"], "needs every sample"),
             (["fit", "x.c3d", "-a", "cmu", "--sigma", "100mm"], "is no length here"),
             (["fit", "x.c3d", "-a", "cmu", "--sigma", "1mm", "--noise", "matrix"], "sigma"),
-            (["fit", "x.c3d", "--calibration", "a.json"], "--calibration needs the --assoc"),
+            (["fit", "x.c3d", "--calibration", "a.json"], "a.json: No such file"),
         ],
     )
     def test_a_wrong_call_is_2(self, tmp_path, words, what):

@@ -40,7 +40,7 @@ def test_what_is_no_measure_is_told(tmp_path, command, said, message):
     [
         ("knee_width = 10.2", "bad.toml: measure knee_width: '10.2' is no length"),
         ("kneewidth = '10cm'", "bad.toml: there is no measure 'kneewidth'"),
-        ("knee_width = ", "bad.toml: "),
+        ("knee_width = ", "bad.toml:1:14: Invalid value"),
     ],
 )
 def test_a_wrong_file_is_named(tmp_path, text, message):

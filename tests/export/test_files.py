@@ -14,6 +14,10 @@ from mocap_skel.errors import OutputError
 from mocap_skel.export.files import check_free, safe_name, write_all
 
 
+def without_links(*_):
+    raise PermissionError(1, "Operation not permitted")
+
+
 class TestWriteAll:
     def test_contents_are_there_to_the_byte(self, tmp_path):
         write_all({tmp_path / "a.csv": "x\ny\n", tmp_path / "new" / "b.csv": "ü"}, overwrite=False)
@@ -51,15 +55,15 @@ class TestWriteAll:
 
         if overwrite:
             (tmp_path / "a").write_text("old")
-        original, made = module.NamedTemporaryFile, []
+        original, made = module.mkstemp, []
 
         def full_disk(*args, **options):
             made.append(options.get("prefix"))
             if len(made) == 2:
-                raise OSError(28, "No space left on device", str(tmp_path / "b"))
+                raise OSError(28, "No space left on device", str(tmp_path / ".temporary"))
             return original(*args, **options)
 
-        monkeypatch.setattr(module, "NamedTemporaryFile", full_disk)
+        monkeypatch.setattr(module, "mkstemp", full_disk)
         with pytest.raises(OutputError, match="b: No space left on device"):
             write_all({tmp_path / "a": "1", tmp_path / "b": "2"}, overwrite)
         assert len(made) == 2
@@ -70,6 +74,7 @@ class TestWriteAll:
     def test_a_second_file_that_cannot_be_renamed_takes_the_first_with_it(
         self, tmp_path, monkeypatch
     ):
+        """Where nothing may be replaced, too: on a disk without links."""
         original, moved = Path.replace, []
 
         def refused(self, target):
@@ -79,6 +84,7 @@ class TestWriteAll:
             return original(self, target)
 
         monkeypatch.setattr(Path, "replace", refused)
+        monkeypatch.setattr(os, "link", without_links)
         with pytest.raises(OutputError, match="b: Permission denied"):
             write_all({tmp_path / "a": "1", tmp_path / "b": "2"}, overwrite=False)
         assert files(tmp_path) == []
@@ -88,6 +94,7 @@ class TestWriteAll:
             raise KeyboardInterrupt
 
         monkeypatch.setattr(Path, "replace", interrupted)
+        monkeypatch.setattr(os, "link", without_links)
         with pytest.raises(KeyboardInterrupt):
             write_all({tmp_path / "a": "1", tmp_path / "b": "2"}, overwrite=False)
         assert files(tmp_path) == []

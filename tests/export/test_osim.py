@@ -159,7 +159,7 @@ class TestMotion:
         above, below = rng.normal(size=(2, 3))
         below = -above if seed == 0 else below
         above, below = above / np.linalg.norm(above), below / np.linalg.norm(below)
-        body = Rotation.random(2, rng=rng).as_matrix()
+        body = Rotation.random(2, rng).as_matrix()
         axes = _hinge_frames(body, 0, Hinge(1, above, below, 1.0))
         for frame, turn, axis in zip(axes, body, (above, below), strict=True):
             np.testing.assert_allclose(frame.T @ frame, np.eye(3), atol=1e-12)

@@ -96,7 +96,7 @@ class TestToy:
 
     def test_the_help_has_it(self, fit_with_toy):
         printed = " ".join(fit_with_toy("--help").stdout.split())
-        assert "[csv|angles|bvh|c3d|events|glb|osim|parquet|toy|trc]" in printed
+        assert "[csv|about|angles|bvh|c3d|events|glb|mot|osim|parquet|sto|toy|trc]" in printed
         assert "toy makes walk.toy.txt, a greeting;" in printed
         for said in (
             "--greeting [hello|goodbye] toy: how it greets. [default: hello]",
@@ -182,7 +182,7 @@ class TestChoose:
     @pytest.mark.parametrize(
         ("names", "told", "error", "words"),
         [
-            ("cvs", {}, ValueError, "formats must be of .*'csv', 'angles', 'bvh'.* got 'cvs'"),
+            ("cvs", {}, ValueError, "formats must be of .*'csv', 'about', 'angles'.* got 'cvs'"),
             (
                 "csv",
                 {"axes": True},
@@ -237,7 +237,7 @@ class TestWriteFit:
         assert [p.parent for p in paths] == 4 * [tmp_path / "a"]
         for path, content in done.files.items():
             there = (tmp_path / "a" / path.name).read_bytes()
-            assert there == (content if isinstance(content, bytes) else content.encode())
+            assert there == (content if isinstance(content, bytes) else str(content).encode())
 
     def test_an_unknown_format_or_option_writes_nothing(self, tmp_path):
         clip, fit = read_clip(STILL), fit_sample("nearly_still")

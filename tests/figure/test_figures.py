@@ -262,19 +262,23 @@ CLUSTER = {
 }
 
 
-def test_a_leg_alone_with_the_human_says_which_figure_fits(tmp_path):
+def test_a_leg_alone_under_a_file_of_the_human_is_fitted_as_a_leg_and_said(tmp_path):
     recording = part_of_a_human(right_leg, CLUSTER)
     write_c3d(recording, tmp_path / "leg.c3d")
     call = ("mocap_skel", "fit", "leg.c3d", "--assoc", "plug_in_gait_clusters", "--json")
-    refused = run(*call, cwd=tmp_path)
-    assert refused.returncode == 3
-    assert "root segment Hips needs three markers" in refused.stderr
-    assert "the clip shows UpperRightLeg: try --skeleton right_leg" in refused.stderr
-    done = run(*call, "--skeleton", "right_leg", cwd=tmp_path)
+    done = run(*call, cwd=tmp_path)
+    assert "shows no three markers of Hips: of the figure right_leg" in done.stderr
     rows = [json.loads(line) for line in done.stdout.splitlines()]
     assert [(r["joint"], r["shown"]) for r in rows if "joint" in r] == [
         ("RightKnee", "yes"), ("RightAnkle", "yes"),
     ]  # fmt: skip
+    refused = run(*call, "--skeleton", "human", "--overwrite", cwd=tmp_path)
+    assert refused.returncode == 3
+    assert "the clip shows UpperRightLeg: try --skeleton right_leg" in refused.stderr
+    told = run(*call, "--skeleton", "right_leg", "--overwrite", cwd=tmp_path)
+    assert [json.loads(line) for line in told.stdout.splitlines() if '"joint"' in line] == [
+        row for row in rows if "joint" in row
+    ]
 
 
 def test_a_root_that_no_shipped_figure_has_is_named():

@@ -47,7 +47,7 @@ markers = ["T1", "T2", "T3"]
         ('["T1", "T2", "T3"]', '"T1"', "15:1", "a list of names", None),
         ('name = "leg"', 'nam = "leg"', "1:1", "unknown key 'nam'", "did you mean name?"),
         ("[[segment]]\nname = \"Sh", "[[segment\nname = \"Sh", "2:10", "]]", None),
-        ('"T3"]\n', '"T3"', "15:1", "Unclosed array", None),
+        ('"T3"]\n', '"T3"', "15:28", "Unclosed array", None),
         ('parent = "Thigh"', '# parent = "Tigh"\nparent = "Tigh"', "5:10", "unknown 'Tigh'", "did you mean Thigh?"),
         ('name = "Thigh"', 'name = ""', "14:1", "a segment without a name", None),
         ('joint = "Knee"', 'joint = ""', "5:1", "a joint without a name", None),

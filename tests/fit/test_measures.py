@@ -8,9 +8,10 @@ from recordings import clip_of, fit_clip
 
 from mocap_skel.artificial import Faults, human, marker_set, range_of_motion, record, still
 
-# Metres by which the knee's markers lie farther outside than a person of that size has them.
+# Metres by which the knee's markers lie farther outside than the generated person has them.
 WIDER = 0.015
-TABLE = 2 * (0.054 - 0.007)
+# The width of the generated person's knees: their outer markers lie 53 mm beside the joint, 7 mm of it are the marker's.
+OWN = 2 * (0.053 - 0.007)
 KNEES = ("RightKnee", "LeftKnee")
 
 
@@ -40,19 +41,20 @@ def scene():
 def test_a_width_moves_the_knee_by_half_of_what_it_is_wider(scene):
     recording, clip = scene
     plain, alone = errors(clip, recording)
-    base, _ = errors(clip_of(filmed(0.0)), filmed(0.0))
-    known = {f"{side}_knee_width": TABLE + 2 * WIDER for side in ("left", "right")}
+    narrow = {f"{side}_knee_width": OWN for side in ("left", "right")}
+    base, _ = errors(clip_of(filmed(0.0)), filmed(0.0), measures=narrow)
+    known = {f"{side}_knee_width": OWN + 2 * WIDER for side in ("left", "right")}
     told, fit = errors(clip, recording, measures=known)
     assert (plain > WIDER - 0.006).all() and (plain > told + 0.006).all()
-    # As good as the table's width is for the table's person.
+    # As good as for a person whose knees are not wider.
     assert told == pytest.approx(base, abs=0.004)
-    assert any("left knee width 12.4 cm, right knee width 12.4 cm" in note for note in fit.notes)
+    assert any("left knee width 12.2 cm, right knee width 12.2 cm" in note for note in fit.notes)
     assert not any("measures of the person" in note for note in alone.notes)
 
 
 def test_the_clips_own_measures_are_used_and_given_ones_count_before_them(scene):
     _, clip = scene
-    known = {f"{side}_knee_width": TABLE + 2 * WIDER for side in ("left", "right")}
+    known = {f"{side}_knee_width": OWN + 2 * WIDER for side in ("left", "right")}
     in_file = replace(clip, measures=known)
     expected = [j.anatomy for j in fit_clip(clip, measures=known).joints if j.joint in KNEES]
     found = [j.anatomy for j in fit_clip(in_file).joints if j.joint in KNEES]

@@ -323,7 +323,7 @@ def test_associate_and_fit_take_the_same_figure(walking):
     fit = fit_skeleton(clip, associate(clip, association)[0], association.skeleton)
     whole = fit_recording(walking)
     assert joint(fit, "LeftHip").landmarks == joint(whole, "LeftHip").landmarks
-    assert joint(fit, "LeftKnee").source == "ANSUR width"
+    assert joint(fit, "LeftKnee").source == "width in gait labs"
 
 
 @pytest.mark.real

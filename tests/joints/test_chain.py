@@ -31,10 +31,14 @@ SMOOTH = np.cos(15 / FRAMES) - 2 / np.sqrt(FRAMES)
 
 
 def slide_by_law(rate=COMMON):
-    """(rate τ)² / n, with the places n = (√12 sd of the directions / 0.4 rad)² of an even cap."""
+    """(rate τ)² / n, with the places n = (√12 sd of the directions / 0.4 rad)² of an even cap.
+
+    The fit of a centre and a radius leaves n - 4 of n values in the residuals.
+    """
     middle = (1 + np.cos(ANGLE)) / 2
     across = (1 - (1 + np.cos(ANGLE) + np.cos(ANGLE) ** 2) / 3) / 2
-    return (rate * SWELL) ** 2 * SMOOTH / (12 * across / middle**2 / 0.4**2)
+    places = 12 * across / middle**2 / 0.4**2
+    return (rate * SWELL) ** 2 * SMOOTH / (places - 4)
 
 
 def test_a_pure_fit_keeps_its_centre_and_has_skin_in_its_error():

@@ -18,7 +18,6 @@ from mocap_skel.joints.hinge import (
     BONE_ERROR,
     CARRYING_ERROR,
     Turning,
-    axis_inward,
     half_log_odds,
     inward,
     turning,
@@ -28,6 +27,10 @@ from mocap_skel.spherefit import sphere_moments
 
 EXACT = 1e-9
 vectors = st.tuples(*[st.floats(-3, 3)] * 3).map(np.array)
+
+
+def direction(*args, **more):
+    return inward(*args, **more).direction
 
 
 def law(above, below, shift, inwards):
@@ -50,7 +53,7 @@ def error_of(above, below):
 @pytest.mark.parametrize("degrees", [1, 5, 20, 45, 90, 120, 150])
 def test_the_way_inward_of_a_perfect_hinge_is_exact(degrees):
     above, below, inwards = limb(np.deg2rad(degrees))
-    found = inward(above, below, KNEE, 1.0)
+    found = direction(above, below, KNEE, 1.0)
     # The error function is exact to three digits.
     assert np.abs(found - law(above, below, KNEE, inwards)).max() < 0.002
     # What the doubt of a nearly straight limb costs is in the covariance; here it stays within 15 mm.
@@ -61,7 +64,7 @@ def test_a_straight_limb_still_tells_the_way_by_the_depth_alone():
     """The bones are a line, the marker is beside it; which side it bends to is not needed."""
     above, below, inwards = limb(0.0)
     for hinge in (1, -1):
-        found = inward(above, below, replace(KNEE, hinge=hinge), 1.0)
+        found = direction(above, below, replace(KNEE, hinge=hinge), 1.0)
         # The root of rounding: what is left of a length of one.
         assert np.abs(found - inwards).max() < 1e-7
 
@@ -69,7 +72,7 @@ def test_a_straight_limb_still_tells_the_way_by_the_depth_alone():
 def test_the_other_sense_is_the_other_side():
     above, below, inwards = limb(np.deg2rad(80), replace(KNEE, by=1e-9, beside=1e-9))
     for hinge in (1, -1):
-        found = inward(above, below, replace(KNEE, hinge=hinge, by=1e-9, beside=1e-9), 1.0)
+        found = direction(above, below, replace(KNEE, hinge=hinge, by=1e-9, beside=1e-9), 1.0)
         assert np.abs(found - hinge * inwards).max() < 1e-7
 
 
@@ -77,8 +80,8 @@ def test_the_other_sense_is_the_other_side():
 def test_the_mirrored_limb_has_the_mirrored_way(degrees):
     mirror = np.array([1.0, -1.0, 1.0])
     above, below, _ = limb(np.deg2rad(degrees))
-    left = inward(above * mirror, below * mirror, replace(KNEE, hinge=-1), 1.0)
-    assert np.abs(left - mirror * inward(above, below, KNEE, 1.0)).max() < EXACT
+    left = direction(above * mirror, below * mirror, replace(KNEE, hinge=-1), 1.0)
+    assert np.abs(left - mirror * direction(above, below, KNEE, 1.0)).max() < EXACT
 
 
 @settings(max_examples=50, deadline=None)
@@ -87,8 +90,8 @@ def test_a_turned_and_larger_limb_has_the_turned_way(turn, bend, size):
     rotation = from_vector(turn)
     above, below, _ = limb(bend)
     swing = np.diag([0.01, 0.001, 0.02])
-    found = inward(above, below, KNEE, 1.0, swing)
-    other = inward(
+    found = direction(above, below, KNEE, 1.0, swing)
+    other = direction(
         size * rotation @ above,
         size * rotation @ below,
         KNEE,
@@ -104,14 +107,14 @@ def test_a_bend_that_moves_is_known_by_the_mean_and_its_spread():
     bends = np.linspace(0.0, 1.8, 200)
     above, below, inwards = limb(bends)
     moments = sphere_moments(below)
-    found = inward(above, moments.mean, KNEE, 1.0, moments.covariance)
+    found = direction(above, moments.mean, KNEE, 1.0, moments.covariance)
     assert np.linalg.norm(found - inwards) * KNEE.by < 0.001
 
 
 def test_frames_are_independent_of_each_other():
     above, below, _ = limb(np.deg2rad([10.0, 50.0, 100.0]))
-    together = inward(np.broadcast_to(above, below.shape), below, KNEE, 1.0)
-    each = [inward(above, one, KNEE, 1.0) for one in below]
+    together = direction(np.broadcast_to(above, below.shape), below, KNEE, 1.0)
+    each = [direction(above, one, KNEE, 1.0) for one in below]
     assert np.abs(together - each).max() < EXACT
 
 
@@ -120,27 +123,27 @@ def test_nan_in_nan_out_and_nowhere_else():
     above = np.tile(above, (3, 1))
     above[0, 1] = np.nan
     below[2] = np.nan
-    found = inward(above, below, KNEE, 1.0)
+    found = direction(above, below, KNEE, 1.0)
     assert np.isnan(found[[0, 2]]).all()
     assert np.isfinite(found[1]).all()
 
 
 def test_markers_and_joints_in_one_place_have_no_way():
-    assert np.isnan(inward(np.zeros(3), np.zeros(3), KNEE, 1.0)).all()
+    assert np.isnan(direction(np.zeros(3), np.zeros(3), KNEE, 1.0)).all()
 
 
 def test_an_end_that_lies_aside_itself():
     """The greater trochanter, in place of the hip joint, lies farther out than the marker of the knee."""
     above, below, inwards = limb(0.6)
     outside = np.array([0.0, -0.08, 0.0])
-    found = inward(above - outside, below, KNEE, 1.0, 0.0, 0.08)
+    found = direction(above - outside, below, KNEE, 1.0, 0.0, 0.08)
     assert np.linalg.norm(found - inwards) * KNEE.by < 0.001
 
 
 def test_conditions_that_contradict_each_other_count_by_their_errors():
     """The bone above to 2 cm, the one below, which leans, to 4: solved by hand, bones along -z and x."""
     upper, lower, depth, beside, swing = 0.4, 0.3, 0.054, 0.043, 0.2
-    found = inward(
+    found = direction(
         np.array([0.0, 0.0, -upper]), np.array([lower, 0.0, 0.0]), KNEE, 1.0,
         np.diag([0.0, 0.0, swing**2]),
     )  # fmt: skip
@@ -196,7 +199,7 @@ def test_the_turn_tells_the_way_of_a_limb_without_an_upper_joint():
     moments = sphere_moments(below)
     # A right knee bends to the right-handed side of -inward.
     spread = np.diag([0.2, 0.0, 0.2])
-    found, error = axis_inward(
+    found, error = inward(
         None, moments.mean, KNEE, 1.0, moments.covariance, turn=Turning(spread, 0.999 * inwards)
     )
     assert np.linalg.norm(found - inwards) * KNEE.by < 0.001
@@ -208,7 +211,7 @@ def test_the_turn_tells_the_way_of_a_limb_without_an_upper_joint():
 def test_a_side_that_nothing_tells_is_a_full_error_along_the_axis():
     """No bend, no upper joint: either side, so nothing is gone inward, and the error is the depth's."""
     spread = np.diag([0.2, 0.0, 0.2])
-    _, error = axis_inward(
+    _, error = inward(
         None,
         np.array([0.0, 0.0, -0.4]),
         replace(KNEE, beside=KNEE.by),
@@ -221,5 +224,5 @@ def test_a_side_that_nothing_tells_is_a_full_error_along_the_axis():
 def test_a_limb_that_hangs_straight_is_told_by_the_way_of_the_pelvis():
     above, below, inwards = limb(0.0, replace(KNEE, beside=KNEE.by))
     knee = replace(KNEE, beside=KNEE.by, straight=("RFWT", "LFWT"), turned=0.35)
-    found, _ = axis_inward(above, below, knee, 1.0, straight=inwards)
+    found, _ = inward(above, below, knee, 1.0, straight=inwards)
     assert np.linalg.norm(found - inwards) * KNEE.by < 0.001

@@ -168,17 +168,20 @@ def test_what_did_not_turn_is_the_spheres_with_half_its_information():
 def test_two_that_know_alike_meet_halfway_and_know_no_more():
     assert places(SMALL) == 1
     known = shared(turns=SMALL, residual=1e-6)
-    variance = 1e-6 / 0.01
+    # Of one place a third is left at least.
+    variance = 1e-6 / (1 / 3) / 0.01
     centre, cov = averaged(np.array([0.02, 0, 0]), variance * np.eye(3), known, 0.0)
     assert centre == pytest.approx([0.01, 0, 0])
     assert cov == pytest.approx(variance * np.eye(3))
 
 
 def test_a_point_that_slides_is_known_by_its_slide():
-    """1 / (residual / places / turns + slide) along each direction, half of that and of the sphere's."""
+    """1 / (residual / (places - 2) / turns + slide) along each direction, half of that and of the sphere's."""
     known = shared(turns=(0.5, 0.25, 1.0), residual=1e-4)
     centre, cov = averaged(np.array([0.02, 0.02, 0.02]), 1e-3 * np.eye(3), known, 2e-4)
-    its = 1 / (1e-4 / places((0.5, 0.25, 1.0)) / np.array([0.5, 0.25, 1.0]) + 2e-4)
+    left = places((0.5, 0.25, 1.0)) - 2
+    assert left > 1
+    its = 1 / (1e-4 / left / np.array([0.5, 0.25, 1.0]) + 2e-4)
     assert centre == pytest.approx(0.02 * 1000 / (1000 + its))
     assert cov == pytest.approx(np.diag(2 / (1000 + its)))
 

@@ -428,28 +428,3 @@ def test_a_knee_without_a_landmark_lies_as_far_inward_as_its_patches_face_outwar
     still = replace(bent, spread=np.zeros((3, 3)))
     assert expected_joint([prior], {}, replace(around, turn=lambda _: still)) is None
     assert expected_joint([prior], {}, replace(around, cluster=None)) is None
-
-
-@pytest.mark.parametrize("skin", [0.0, 0.2])
-def test_what_skin_carries_beside_the_plane_of_a_limb_hides_the_joint_along_its_hinge(skin):
-    """As far as the far end of the child is carried by the turn, along the hinge, and nowhere else."""
-    step = Shift(hinge=1, by=0.04, toward=("W",), plane=True)
-    bend = np.linspace(0.2, 1.5, 50)
-    far = 0.25 * np.stack([np.sin(bend), 0 * bend, -np.cos(bend)], axis=1) + [0.0, -0.04, -0.3]
-    around = Surroundings(
-        {"E": np.array([0.0, -0.04, -0.3])},
-        np.zeros(3),
-        lambda _: sphere_moments(far),
-        1.0,
-        skin_turn=skin,
-    )
-    found = expected_joint([Prior(("E",), 0.01, "", (step,))], {}, around)
-    inward = found.mean - around.places["E"]
-    inward = inward / np.linalg.norm(inward)
-    seen = sphere_moments(far - around.places["E"])
-    square = seen.mean @ seen.mean + np.trace(seen.covariance)
-    np.testing.assert_allclose(
-        found.hidden, skin**2 * square * np.outer(inward, inward), atol=1e-15
-    )
-    free = expected_joint([Prior(("E",), 0.01, "", (replace(step, plane=False),))], {}, around)
-    assert not free.hidden.any()

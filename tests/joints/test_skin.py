@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mocap_skel.artificial.rotations import from_vector
 from mocap_skel.artificial.spheres import cap
 from mocap_skel.joints.samples import Gathered, JointSamples, gather
-from mocap_skel.joints.skin import COMMON, SLIDE, Skin, skin_error
+from mocap_skel.joints.skin import COMMON, SLIDE, Skin, along_axis, skin_error
 from mocap_skel.joints.sphere import Sphere
 from mocap_skel.spherefit import SphereFit, fit_sphere, radial_variance, smooth_share
 
@@ -157,20 +157,20 @@ def by_hand(widths, residual, smooth, *, count=10_000, arm=0.3, leverage=0.0, no
 
 
 def test_the_slide_is_metres_a_radian_over_the_places():
-    """0.8 by 1.2 rad are 2 x 3 places of 0.4; less than a place is one."""
+    """0.8 by 1.2 rad are 2 x 3 places of 0.4; less than a place is one. Centre and radius take four of them."""
     tau2 = 1e-8
-    for widths, places in (((0.8, 1.2), 6), ((0.2, 1.2), 3), ((0.1, 0.3), 1)):
+    for widths, left in (((0.8, 1.2), 2), ((0.2, 1.2), 1), ((0.1, 0.3), 1)):
         for looseness, rate in ((1.0, COMMON), (2.0, 2 * SLIDE)):
             found = skin_error(by_hand(widths, tau2, 1.0, count=10**6), looseness)
             # What chance may hide, 2/√N of it, is next to nothing.
-            assert found.slide == pytest.approx(rate**2 * tau2 / places, rel=0.01 * places)
+            assert found.slide == pytest.approx(rate**2 * tau2 / left, rel=0.06)
 
 
 def test_a_usual_slide_is_two_centimetres_a_radian_for_a_metre_of_reach():
     """However little is smooth: white residuals of 10 cm would hide any slide, so it is the usual one."""
     for widths, places in (((0.8, 1.2), 6), ((0.1, 0.3), 1)):
         found = skin_error(by_hand(widths, 0.01, 0.0, count=16))
-        usual, concealed = (0.02 * 0.3 / places**2) ** 2, 7.5**2 * 0.01 * 2 / np.sqrt(16)
+        usual, concealed = (0.02 * 0.3 / places**2) ** 2, SLIDE**2 * 0.01 * 2 / np.sqrt(16)
         assert found.slide == pytest.approx(usual * concealed / (usual + concealed), rel=1e-9)
         assert found.slide == pytest.approx(usual, rel=1e-3)
 
@@ -178,18 +178,47 @@ def test_a_usual_slide_is_two_centimetres_a_radian_for_a_metre_of_reach():
 def test_chance_hides_two_standard_errors_of_white_noise():
     """So little of it that far less than the usual slide can be there."""
     found = skin_error(by_hand((0.1, 0.3), 1e-12, 0.0, count=400))
-    assert found.slide == pytest.approx(7.5**2 * 1e-12 * 2 / 20, rel=1e-4)
+    assert found.slide == pytest.approx(SLIDE**2 * 1e-12 * 2 / 20, rel=1e-4)
 
 
 def test_a_centre_is_known_by_the_places_that_its_markers_were_in():
-    """(n C / τ² + 1 / reach²)⁻¹ with the scatter of the directions, and what the slide adds everywhere."""
+    """((n - 4) C / τ² + 1 / reach²)⁻¹ with the scatter of the directions, and what the slide adds everywhere."""
     tau2, count = 1e-6, 10**6
     found = skin_error(by_hand((0.8, 1.2), tau2, 1.0, count=count))
-    hidden = found.slide - COMMON**2 * tau2 / 6
+    hidden = found.slide - COMMON**2 * tau2 / 2
     cap = np.array([0.8**2 / 12, 1.2**2 / 12, 0.01])
-    known = 6 * cap / (tau2 + hidden * cap.sum()) + 1 / 0.3**2
+    known = 6 * cap / (3 * tau2 + hidden * cap.sum()) + 1 / 0.3**2
     rest = found.covariance - found.slide * np.eye(3)
     assert rest == pytest.approx(np.diag(1 / known), rel=1e-6, abs=1e-12)
+
+
+def test_what_a_fit_takes_of_the_skin_is_missing_in_its_residuals():
+    """Of M n values it takes 3 + M; many markers are left with most, one marker on few places with nothing."""
+    for markers, places, left in ((1, 6, 2), (1, 2, 1), (7, 6, 32)):
+        one = by_hand((0.8, 1.2) if places == 6 else (0.4, 0.8), 1e-8, 1.0, count=10**6)
+        assert skin_error(_times(one, markers)).taken == pytest.approx(markers * places / left)
+
+
+def _times(sphere, markers):
+    """A fit of so many markers that move as its one."""
+    every = np.zeros(markers, dtype=int)
+    own = sphere.seen.own[every]
+    return replace(
+        sphere, seen=Gathered(sphere.seen.samples, own, None), noise=sphere.noise[every],
+        weights=sphere.weights[every], variance=sphere.variance[every],
+        fit=replace(sphere.fit, radius=sphere.fit.radius[every]),
+    )  # fmt: skip
+
+
+def test_along_its_axis_a_joint_is_known_by_the_swing_that_is_no_skins():
+    """Skin of 1 mm carries the markers by 7 mm across: all of a swing of 4 mm, a hundredth of one of 7 cm."""
+    axis = np.array([1.0, 0.0, 0.0])
+    for swing, share in ((0.004, 1.0), (0.07, 0.01)):
+        sphere = by_hand((swing / 0.3 * np.sqrt(12), 0.8), 1e-6, 1.0)
+        found = along_axis(sphere, skin_error(sphere, 3.0), axis)
+        assert found == pytest.approx((share * 0.3) ** 2 * np.outer(axis, axis), rel=1e-9)
+    still = by_hand((0.2, 0.8), 1e-6, 0.0)
+    assert along_axis(still, skin_error(still, 3.0), axis) == pytest.approx(0.0, abs=1e-12)
 
 
 def slipping(slips, frames=4000, smooth=1.0):
@@ -231,8 +260,7 @@ def test_what_is_taken_away_is_no_cover():
     found = skin_error(by_hand((0.8, 0.4), 1e-10, 1.0, noise=noise, count=10**6))
     # √(0.8² - 0.4²) rad are left of one way, nothing of the other.
     places = np.sqrt(0.8**2 - 0.4**2) / 0.4
-    assert noise < spread
-    assert found.slide == pytest.approx(COMMON**2 * 1e-10 / places, rel=0.02)
+    assert noise < spread and found.places == pytest.approx(places, rel=0.02)
 
 
 # --- the smooth share

@@ -220,7 +220,7 @@ def test_a_word_that_nobody_knows_makes_a_guess_unsure():
     ("label", "words"),
     [
         ("RightKneeLat", ["right", "knee", "lat"]), ("L.Toe_tip", ["l", "toe", "tip"]),
-        ("WaistLFront", ["waist", "l", "front"]), ("LT01", ["lt", "01"]), ("", []), ("é", []),
+        ("WaistLFront", ["waist", "l", "front"]), ("LT01", ["lt", "01"]), ("", []), ("Knöchel ß", ["knochel", "ss"]),
     ],
 )  # fmt: skip
 def test_labels_fall_into_words(label, words):

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,6 +31,7 @@ from mocap_skel.fit import fit_skeleton
 from mocap_skel.joints.calibration import Template, aligned
 from mocap_skel.joints.evidence import Evidence, merged, moved
 from mocap_skel.labels.association import associate
+from mocap_skel.labels.calibrated import association_of, labels_of
 from mocap_skel.pipeline.calibrate import calibrate
 from mocap_skel.pipeline.job import Job
 from mocap_skel.spherefit import merge_moments, moved_moments, sphere_moments
@@ -308,6 +310,8 @@ class TestFile:
             (lambda c: c.update(format="other"), "format 'other'"),
             (lambda c: c.update(skeleton="hand"), "of the skeleton 'hand'"),
             (lambda c: c.update(unit="mm"), "unit must be 'm'"),
+            (lambda c: c["labels"].pop("source"), "labels lacks 'source'"),
+            (lambda c: c["labels"]["markers"].update(X=["Y"]), "labels.markers.X must be a marker"),
             (lambda c: c.update(more=1), "unknown key 'more'"),
             (lambda c: c.pop("clips"), "lacks 'clips'"),
             (lambda c: c["clips"][0].pop("rate"), r"clips\[0\] lacks 'rate'"),
@@ -341,6 +345,31 @@ class TestFile:
             read_calibration(path)
 
 
+class TestLabels:
+    def test_what_several_clips_say_is_added_up_and_contradictions_are_named(self):
+        one = known("cmu")
+        fewer = replace(one, rules=one.rules[1:], ignored=("X1", one.rules[0].label))
+        odd = replace(one.rules[2], marker=one.rules[3].marker, segment=one.rules[3].segment)
+        other = replace(one, rules=(one.rules[0], odd))
+        labels, notes = labels_of([fewer, other])
+        assert labels.markers == {r.label: (r.marker, r.segment) for r in one.rules}
+        assert labels.ignored == ("X1", *one.ignored)
+        assert notes[0].startswith(f"labels that are not the same marker in all clips: {odd.label}")
+        assert labels_of([fewer, one])[1] == ()
+
+    def test_a_calibration_without_names_or_without_its_skeleton_says_what_to_do(self, both):
+        calibration, path = both.calibration, Path("actor.json")
+        with pytest.raises(CallError, match="does not say which label") as error:
+            association_of(replace(calibration, labels=None), path)
+        assert "--assoc that it was made with" in error.value.hint
+        gone = replace(calibration.labels, figure="gone.toml", source="mine.txt")
+        with pytest.raises(CallError, match=r"its skeleton 'gone\.toml', named in mine") as error:
+            association_of(replace(calibration, labels=gone), path)
+        assert error.value.hint == "give --assoc with mine.txt, or --skeleton with that file"
+        part = association_of(replace(calibration, labels=gone), path, "right_leg")
+        assert {rule.segment for rule in part.rules} == set(part.skeleton.segment_of.values())
+
+
 class TestCommand:
     def run(self, *arguments):
         return CliRunner().invoke(group, [str(a) for a in arguments])
@@ -368,8 +397,12 @@ class TestCommand:
             "fit", paths[0], "-a", "cmu", "--calibration", actor, "-o", tmp_path, "--json"
         )
         assert "calibration (1 clip)" in fit.output
-        wrong = self.run("fit", paths[0], "--calibration", actor, "-o", tmp_path)
-        assert "needs the --assoc" in str(wrong.exception)
+        # It knows which label is which marker, whether a file said it or the guess.
+        actor.unlink()
+        for words in (["-a", "cmu"], []):
+            self.run("calibrate", *paths, *words, "-o", actor, "--overwrite")
+            call = ("fit", paths[0], "--calibration", actor, "-o", tmp_path / "b", "--overwrite")
+            assert self.run(*call, "--json").output == fit.output
         same = self.run("calibrate", paths[0], paths[0], "-a", "cmu", "-o", tmp_path / "b.json")
         assert "same recording" in str(same.exception)
         assert not (tmp_path / "b.json").exists()

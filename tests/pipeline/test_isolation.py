@@ -102,6 +102,26 @@ def test_a_child_that_dies_or_hangs_is_one_failed_task(worker, function, argumen
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is limited on Linux only")
+def starve(seconds):
+    """Work for so long, with a core for a fifth of the time."""
+    end = time.process_time() + seconds
+    while (now := time.process_time()) < end:
+        while time.process_time() < now + 0.01:
+            pass
+        time.sleep(0.04)
+    return time.process_time()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux says how long a child had a core")
+def test_a_child_that_waits_for_a_core_has_more_time(worker):
+    ask(worker, starve, 0.0)
+    since = time.monotonic()
+    assert ask(worker, starve, 0.2, seconds=0.5) > 0
+    assert time.monotonic() - since > 0.5
+    with pytest.raises(TaskError, match="took longer than 0 s"):
+        ask(worker, starve, 5.0, seconds=0.4)
+
+
 def test_a_child_gets_no_more_memory_than_its_limit(worker):
     with pytest.raises(TaskError, match=r"needs more than 0\.5 GB of memory"):
         ask(worker, hungry, GIGABYTE, memory=GIGABYTE // 2)

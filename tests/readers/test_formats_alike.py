@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 from commands import call, run
-from table_files import Marked, motive, plain, qualisys, trc
+from table_files import Marked, motive, nexus, plain, qualisys, trc
 
 from mocap_skel import associate, fit_skeleton, read_association, read_clip
 from mocap_skel.artificial import Faults, human, marker_set, record, walk, write_c3d
@@ -31,6 +31,7 @@ def files(tmp_path_factory):
     (folder / "walk.tsv").write_text(qualisys(file, frame=True, time=True))
     (folder / "walk.csv").write_text(plain(commas, spell="{label}_{axis} [mm]"))
     (folder / "take.csv").write_text(motive(commas))
+    (folder / "nexus.csv").write_text(nexus(file.but(sep=",")))
     y_up = file.but(points=file.points[..., [1, 2, 0]])
     (folder / "y_up.trc").write_text(trc(y_up))
     return folder
@@ -42,7 +43,9 @@ def fitted(path):
     return fit_skeleton(clip, associate(clip, known)[0], known.skeleton)
 
 
-@pytest.mark.parametrize("name", ["walk.trc", "walk.tsv", "walk.csv", "take.csv", "y_up.trc"])
+@pytest.mark.parametrize(
+    "name", ["walk.trc", "walk.tsv", "walk.csv", "take.csv", "nexus.csv", "y_up.trc"]
+)
 def test_the_joints_are_those_of_the_c3d(files, name):
     expected, found = fitted(files / "walk.c3d"), fitted(files / name)
     for one, other in zip(expected.joints, found.joints, strict=True):
@@ -87,15 +90,53 @@ def test_a_copy_as_c3d_needs_a_c3d(files, tmp_path):
     assert "walk.trc: a copy with the skeleton's points needs an unpacked C3D file" in done.stderr
 
 
-def test_times_of_a_take_whose_frames_are_counted_from_0_begin_at_0(files, tmp_path):
-    text = motive(Marked(np.ones((2, 1, 3)), ("LASI",), first=0, sep=","))
-    (tmp_path / "take.csv").write_text(text)
-    assert read_clip(tmp_path / "take.csv").first_frame == 0
-    rows = (files / "take.csv").read_text().splitlines(keepends=True)
-    shifted = [f"{int(row.split(',')[0]) - 1},{row.split(',', 1)[1]}" for row in rows[7:]]
-    (tmp_path / "walk.csv").write_text("".join([*rows[:7], *shifted]))
-    fit = fitted(tmp_path / "walk.csv")
-    assert fit.frame_numbers[0] == 0 and fit.time[0] == 0 and fit.time[100] == 1
+@pytest.mark.parametrize("first", [0, 1, 100])
+@pytest.mark.parametrize(
+    ("write", "name", "zero"),
+    [
+        (trc, "part.trc", 1), (plain, "part.csv", 1), (motive, "part.csv", 0),
+        (lambda file: qualisys(file, frame=True, time=True), "part.tsv", 1),
+    ],
+)  # fmt: skip
+def test_frames_and_times_of_a_part_of_a_take_are_those_in_the_file(
+    tmp_path, write, name, zero, first
+):
+    """Motive's frame 0 is at 0 s, as frame 1 is in the files of others."""
+    file = Marked(np.ones((9, 1, 3)) * np.arange(1, 10)[:, None, None], ("LASI",), 120, first)
+    (tmp_path / name).write_text(write(file.but(sep="\t" if name != "part.csv" else ",")))
+    clip = read_clip(tmp_path / name)
+    assert (clip.first_frame, clip.zero_frame, clip.rate) == (first, zero, 120)
+
+
+def test_results_of_a_late_take_of_motive_have_its_frames_and_times(files, tmp_path):
+    clip = read_clip(files / "walk.c3d")
+    file = Marked(clip.points * 1000, clip.labels, first=100, sep=",", unit="Millimeters")
+    (tmp_path / "take.csv").write_text(motive(file))
+    fit = fitted(tmp_path / "take.csv")
+    assert fit.frame_numbers[0] == 100
+    np.testing.assert_allclose(fit.time, 1 + np.arange(600) / 100, rtol=1e-14)
+    done = run("fit", "take.csv", "--assoc", "cmu", "--format", "csv", "--format", "trc",
+               "--format", "angles", "--format", "events", cwd=tmp_path)  # fmt: skip
+    assert done.returncode == 0
+    for suffix in ("skeleton.csv", "angles.csv"):
+        assert (tmp_path / f"take.{suffix}").read_text().splitlines()[1].startswith("100,1.000000,")
+    events = (tmp_path / "take.events.csv").read_text().splitlines()[1:]
+    assert events
+    for frame, time in (row.split(",")[:2] for row in events):
+        assert float(time) == int(frame) / 100
+    again = read_clip(tmp_path / "take.skeleton.trc")
+    assert (again.first_frame, again.zero_frame) == (100, 0)
+    assert run("report", "take.csv", "--assoc", "cmu", cwd=tmp_path).returncode == 0
+    page = (tmp_path / "take.report.html").read_text()
+    assert '"firstFrame":100,"zeroFrame":0.0,' in page.replace(", ", ",").replace(": ", ":")
+
+
+def test_times_of_a_clock_are_counted_from_the_first_frame(tmp_path):
+    rows = [f"{1.7e9 + i / 50:.2f},1,2,{3 + i}" for i in range(9)]
+    (tmp_path / "clock.csv").write_text("\n".join(["time,LASI_x,LASI_y,LASI_z", *rows]))
+    clip = read_clip(tmp_path / "clock.csv", unit="mm")
+    assert (clip.first_frame, clip.zero_frame, clip.rate) == (1, 1, 50)
+    assert "its times are those of a clock: they are counted from the first frame" in clip.notes
 
 
 @pytest.mark.real

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from c3d_bytes import c3d_file, cloud, notes, same
+from c3d_bytes import c3d_file, cloud, notes
+from references import read_alike
 
 from mocap_skel import artificial as art
 from mocap_skel.errors import ClipError
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.formats.c3d import with_c3d, with_ezc3d
+from mocap_skel.readers.formats.c3d import with_c3d
 
 
 def labelled(path, *labels, **more):
@@ -77,7 +78,7 @@ def test_prefixes(path, text, subject, label):
 def test_labels_in_latin_1_can_be_printed(path):
     c3d_file(path, cloud(markers=1), LABELS="Schädel".encode("latin-1"))
     assert read_clip(path).labels == ("Schädel",)
-    same(with_ezc3d.read(path), with_c3d.read(path))
+    read_alike(path)
 
 
 def test_more_points_than_labels_and_more_labels_than_points(path):
@@ -106,7 +107,7 @@ def test_more_than_255_labels(path):
     art.write_c3d(art.record(figure, at, art.still(0.1, 100)), path)
     clip = read_clip(path)
     assert clip.labels == tuple(names)
-    same(with_ezc3d.read(path), with_c3d.read(path))
+    read_alike(path)
 
 
 # --- What is no marker --------------------------------------------------------------------------

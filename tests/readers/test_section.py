@@ -13,12 +13,12 @@ from c3d_bytes import (
     is_right,
     notes,
     place,
-    same,
     tracks,
 )
+from references import by_ezc3d, read_alike
 
 from mocap_skel.readers import read_clip
-from mocap_skel.readers.formats.c3d import section, with_c3d, with_ezc3d
+from mocap_skel.readers.formats.c3d import section, with_c3d
 from mocap_skel.readers.formats.c3d.survey import survey
 
 
@@ -128,7 +128,7 @@ def test_of_two_parameters_of_one_name_the_later_holds(path):
     """As ezc3d has it."""
     c3d_file(path, tracks(), UNITS="cm", Units="mm")
     assert survey(path).section.groups["POINT"]["UNITS"] == ["mm"]
-    assert with_ezc3d.read(path).parameters["POINT"]["UNITS"] == ["mm"]
+    assert by_ezc3d(path).parameters["POINT"]["UNITS"] == ["mm"]
     assert is_right(path).unit == "mm"
 
 
@@ -191,7 +191,7 @@ def test_descriptions_and_names_as_long_as_they_may_be(path):
     found = survey(path).section
     assert found.faults == ()
     assert found.groups["TRIAL"] == {name: ["walk"]}
-    same(with_ezc3d.read(path), with_c3d.read(path))
+    read_alike(path)
     assert is_right(path).notes == ()
 
 

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from table_files import marked, motive, plain, qualisys, trc
+from table_files import NEXUS_DEVICES, NEXUS_MODEL, marked, motive, nexus, plain, qualisys, trc
 
 from mocap_skel.errors import ClipError, MocapSkelError
 from mocap_skel.pipeline.isolation import GIGABYTE, Worker
@@ -19,6 +19,7 @@ COMMAS = FILE.but(sep=",", unit="Millimeters")
 FILES = {
     "a.trc": trc(FILE), "a.csv": motive(COMMAS), "a.tsv": qualisys(FILE, frame=True, time=True),
     "b.csv": plain(COMMAS, spell="{label}_{axis} [mm]"),
+    "c.csv": nexus(FILE.but(sep=","), before=NEXUS_DEVICES, after=NEXUS_MODEL),
 }  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from table_files import Marked, motive, plain, qualisys, trc
+from table_files import Marked, motive, nexus, plain, qualisys, trc
 
 from mocap_skel.readers.registry import read_raw
 
@@ -21,6 +21,7 @@ LABEL = (
 WRITERS = {
     "TRC": trc,
     "Motive": motive,
+    "Nexus": nexus,
     "Qualisys": lambda file: qualisys(file, frame=True, time=True, titles=True),
     "plain": lambda file: plain(file, spell="{label}_{axis}"),
 }

@@ -9,16 +9,22 @@ import numpy as np
 import pytest
 from browser import CHROMIUM, Browser
 from commands import call, files, run
-from labelled import CLIP, RECORDING, renamed
+from labelled import CLIP, CMU, RECORDING, more, on, renamed
 from recordings import SAMPLES
 
 from mocap_skel import associate, read_association, read_clip
 from mocap_skel.artificial.write import write_c3d
+from mocap_skel.errors import CallError
+from mocap_skel.pipeline.job import Job
+from mocap_skel.pipeline.naming import name_markers
+from mocap_skel.pipeline.page_start import page_start
 from mocap_skel.report.assoc_page import MOST_FRAMES, assoc_page
 from mocap_skel.report.scene import MISSING, unpack
 from mocap_skel.results.assoc_start import start_from_file, start_from_guess
 
 NASTY = "</script><img src=x onerror=alert(1)>\u202e&"
+LEG = ("THI", "KNE", "SHN", "ANK", "HEE", "TOE", "MT5")
+SIDES = ("Left", "Right")
 in_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 
 
@@ -139,6 +145,46 @@ def test_labels_that_say_nothing_become_a_file_that_fits_as_the_shipped_one(tmp_
         other = one.replace("named", "walk")
         # Tables name the clip in no line; a BVH has no name at all.
         assert (tmp_path / "a" / one).read_bytes() == (tmp_path / "b" / other).read_bytes(), one
+
+
+@in_chromium
+def test_a_clip_of_two_legs_has_both_on_its_page_and_the_saved_file_fits_both(tmp_path):
+    legs = [i for i, x in enumerate(CLIP.labels) if x[1:] in LEG]
+    clip = replace(CLIP, points=CLIP.points[:, legs], labels=tuple(CLIP.labels[i] for i in legs),
+                   subjects=("",) * len(legs))  # fmt: skip
+    rng = np.random.default_rng(1)
+    clip = more(clip, {f"{s[0]}GTR": on(f"Upper{s}Leg", [0.06, 0.02, -0.05], rng) for s in SIDES})
+    shown, start = page_start(clip, Job(None))
+    assert (start.figure, start.doubts) == ("human", ())
+    assert "of the figure left_leg and right_leg" in start.said
+    with Browser(tmp_path / "profile") as browser:
+        opened(browser, tmp_path, shown, start)
+        counts = browser.run("document.querySelector('#counts').textContent")
+        assert "16 of 16 markers placed" in counts
+        saved = read_back(browser.run("mocapSkel.text()"), tmp_path)
+    assert {rule.segment for rule in saved.rules} == {CMU[clip.labels[i]][0] for i in range(14)}
+    told, guessed = name_markers(clip, saved), name_markers(clip, None)
+    assert told.clip.subjects == guessed.clip.subjects
+    for one, other in zip(told.associations, guessed.associations, strict=True):
+        assert (one.skeleton.name, rules(one)) == (other.skeleton.name, rules(other))
+
+
+def test_the_page_begins_with_what_a_fit_takes_or_with_what_is_not_enough_for_one(monkeypatch):
+    few = renamed(CLIP, {label: f"x{i}" for i, label in enumerate(CLIP.labels) if i % 3})
+    with pytest.raises(CallError, match="not sure"):
+        Job(None).named(few)
+    _, start = page_start(few, Job(None))
+    assert 0 < sum(bool(p.segment) for p in start.placed) < 41
+    assert "of 41 labels placed" in start.said
+    # A shipped file that knows more of them is what a fit takes, and the page.
+    numbers = {label: f"C{i}" for i, label in enumerate(CLIP.labels)}
+    rules = tuple(replace(r, label=numbers[r.label]) for r in read_association("cmu").rules)
+    shipped = replace(read_association("cmu"), rules=rules)
+    monkeypatch.setattr("mocap_skel.labels.shipped._all", lambda: {"numbers": shipped})
+    clip, start = page_start(renamed(CLIP, numbers), Job(None))
+    assert "the shipped file numbers has 41 labels of the clip" in start.said
+    assert {p.segment for p in start.placed} == {r.segment for r in rules} and start.doubts == ()
+    assert clip.labels == tuple(numbers.values())
 
 
 @in_chromium

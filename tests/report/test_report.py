@@ -159,7 +159,9 @@ def test_the_page_has_verdict_table_notes_and_facts():
     html = page(one)
     sentences = "<br>".join(escape(sentence) for sentence in verdict(one.fit, joint_rows(one.fit)))
     assert f'<p id="verdict">{sentences}</p>' in html
-    assert f'<p id="short">{escape(in_short(one.fit))}' in html
+    # Of this dancer the waist is known to 5.7 cm, which is an alarm.
+    short = re.search(r'<p id="short">(.*?)</p>', html, re.S)[1]
+    assert short.startswith('<span class="alarm">') and escape(in_short(one.fit)) in short
     for joint in one.fit.joints:
         assert f"<button>{joint.joint}</button>" in html
         assert f"<b>{joint.joint}</b>" in html
@@ -355,7 +357,7 @@ def test_the_line_at_the_top_is_the_worst_finding_and_the_others_follow_in_order
     behind = re.findall(
         r"<li>(.*?)</li>", re.search(r'<ol id="findings">(.*?)</ol>', html, re.S)[1]
     )
-    assert len(found) > 2
+    assert len(found) > 1
     for finding, place in zip(found, [short, *behind], strict=True):
         assert escape(finding.words) in place
         assert (f'data-frame="{finding.frame}"' in place) == (finding.frame is not None)

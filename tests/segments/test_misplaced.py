@@ -107,6 +107,32 @@ class TestExchanges:
         assert len(said.segment) == 2 * len(names)
         assert said.sentences[0].startswith(f"left and right of the {part} look exchanged")
 
+    @pytest.mark.parametrize("motion", ["walk", "dance", "rom"])
+    @pytest.mark.parametrize(
+        "names",
+        [
+            ("WRA", "WRB", "FIN"),
+            ("WRA", "WRB"),
+            ("FRM", "WRA", "WRB"),
+            ("UPA", "ELB"),
+            ("ELB", "FRM"),
+            ("THI", "KNE"),
+            ("SHN", "ANK"),
+            ("ANK", "HEE", "TOE", "MT5"),
+            ("HEE", "TOE", "MT5"),
+            ("FHD", "BHD"),
+        ],
+        ids="/".join,
+    )
+    def test_left_and_right_in_the_middle_of_a_limb_name_these_and_no_neighbour(
+        self, motion, names
+    ):
+        pairs = [(f"L{name}", f"R{name}") for name in names]
+        said = found(exchanged(clip_of(recorded(motion, seconds=6)), *pairs))
+        standard = {n.replace("SHN", "TIB").replace("FRM", "ARM") for n in names}
+        assert set(said.segment) == {f"{side}{name}" for side in "LR" for name in standard}
+        assert all("look exchanged" in sentence for sentence in said.sentences)
+
     @pytest.mark.parametrize("motion", ["walk", "still"])
     @pytest.mark.parametrize("axis", [0, 1, 2])
     def test_a_negated_axis_and_exchanged_sides_are_one_finding(self, motion, axis):

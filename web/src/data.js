@@ -57,8 +57,8 @@ class Data {
     return this.about.firstFrame + frame * this.about.every;
   }
 
-  /** Seconds; a clip cut out of a longer take keeps its place in it. */
+  /** Seconds as the clip's file counts them; a clip cut out of a longer take keeps its place in it. */
   time(frame) {
-    return (this.number(frame) - 1) / this.about.rate;
+    return (this.number(frame) - this.about.zeroFrame) / this.about.rate;
   }
 }

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from mocap_skel.export.body_masses import Mass
     from mocap_skel.export.coordinates import Figure
+    from mocap_skel.export.files import Content
     from mocap_skel.skeleton_fit import SkeletonFit
 
 SUFFIXES = MODEL, MOTION, MARKERS = (".osim", ".mot", ".markers.trc")
@@ -81,7 +82,7 @@ def write(fit: SkeletonFit, options: OsimOptions, source: Source) -> Rendered:
     (name,) = plain_names([f"{stem(source.path)} {fit.subject}".strip()])
     start = figure.values(next(iter(stretches.values())))[1][0].tolist()
     credit = f"mocap-skel, from {plain_names([source.path.name])[0]}"
-    files: dict[str, str | bytes] = {MODEL: model_text(name, credit, figure, masses, start)}
+    files: dict[str, Content] = {MODEL: model_text(name, credit, figure, masses, start)}
     for part, stretch in stretches.items():
         frames = slice(*stretch)
         titles, values = figure.values(stretch)
@@ -90,7 +91,7 @@ def write(fit: SkeletonFit, options: OsimOptions, source: Source) -> Rendered:
         columns = [title for title, _, _ in figure.markers]
         numbers = fit.frame_numbers[frames]
         files[part + MARKERS] = trc_text(
-            f"{name}{part}{MARKERS}", columns, points, numbers, fit.time[frames], fit.rate
+            f"{name}{part}{MARKERS}", columns, [points], numbers, fit.time[frames], fit.rate
         )
     told = [*_axes(fit), *said, *notes, *_orders(figure)]
     return Rendered(files, tuple(f"OSIM: {note}" for note in told))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from mocap_skel.export.animated import Tracks
 from mocap_skel.export.registry import Rendered, Source, register
 from mocap_skel.extras import extra
+from mocap_skel.text import visible
 from mocap_skel.version import __version__
 
 if TYPE_CHECKING:
@@ -79,6 +80,9 @@ def _long(fit: SkeletonFit, long: Mapping[str, Any]) -> bytes:
     pa = extra("pyarrow", "parquet")
     columns = {}
     for name, values in long.items():
+        if name == "clip":
+            # A file's name need not be text, and what is written is.
+            values = np.full(len(values), visible(fit.clip), dtype=object)
         if name in _REPEATED:
             columns[name] = pa.array(values, pa.string()).dictionary_encode()
         elif values.dtype.kind == "f":
@@ -97,7 +101,7 @@ def joints_parquet(fit: SkeletonFit) -> bytes:
     from mocap_skel.results.tables import joint_rows
 
     pa = extra("pyarrow", "parquet")
-    rows = [{"clip": fit.clip, "subject": fit.subject, **row} for row in joint_rows(fit)]
+    rows = [{"clip": visible(fit.clip), "subject": fit.subject, **row} for row in joint_rows(fit)]
     names = list(rows[0]) if rows else []
     columns = {name: [row[name] for row in rows] for name in names}
     return _file(fit, pa.table({n: pa.array(v, _type(pa, n, v)) for n, v in columns.items()}))
@@ -122,7 +126,7 @@ def _file(fit: SkeletonFit, table: Any) -> bytes:
     parquet = extra("pyarrow.parquet", "parquet")
     said = {
         "unit": "m", "up": fit.up, "axes": "right-handed", "rate": f"{fit.rate:.10g}",
-        "time": "seconds, (frame - 1) / rate", "clip": fit.clip, "subject": fit.subject,
+        "time": "seconds, as the clip's file counts them", "clip": visible(fit.clip), "subject": fit.subject,
         "creator": f"mocap-skel {__version__}",
     }  # fmt: skip
     target = io.BytesIO()

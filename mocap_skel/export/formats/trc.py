@@ -43,8 +43,6 @@ def write(fit: SkeletonFit, options: TrcOptions, source: Source) -> Rendered:
 
     The notes tell of the axes and of names that had to change.
     """
-    import numpy as np
-
     from mocap_skel.clip import turn_between
     from mocap_skel.export.trc_text import axes_note, one_word, trc_text
 
@@ -53,7 +51,7 @@ def write(fit: SkeletonFit, options: TrcOptions, source: Source) -> Rendered:
     changed = _add_markers(tracks, source.clip, fit.subject) if options.markers else []
     up = options.up or fit.up
     turn = turn_between(fit.up, up)
-    values = np.hstack([track @ turn.T for track in tracks.values()])
+    values = [track @ turn.T for track in tracks.values()]
     notes = [f"TRC: {axes_note(fit.up, up)}"] if up != fit.up else []
     notes += [f"TRC: {note}" for note in made]
     if changed:

@@ -25,8 +25,9 @@ from mocap_skel.labels.guess.names import (
     meanings,
 )
 from mocap_skel.labels.guess.part import LEAST_ON_ROOT, begun, figures
+from mocap_skel.labels.guess.pelvis import with_pelvis
 from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
-from mocap_skel.labels.guess.running import nameless
+from mocap_skel.labels.guess.running import crowd, nameless
 from mocap_skel.text import counted, listed
 
 GUESSED = "the guess"
@@ -121,7 +122,7 @@ class Guess:
             rules = (Rule(x.label, x.marker, x.segment, i) for i, x in enumerate(used, 1))
             taken = {line.label for line in used}
             rest = tuple(_escaped(x.label) for x in self.lines if x.label not in taken)
-            found.append(Association(GUESSED, figure, tuple(rules), rest))
+            found.append(Association(GUESSED, figure, tuple(rules), rest, figure.name))
         return tuple(found)
 
 
@@ -156,7 +157,7 @@ def guess_association(
         name: [i for i, whose in enumerate(clip.subjects) if whose == name] for name in subjects
     }
     labels = [clip.labels[i] for own in columns.values() for i in own]
-    named = guess_names(labels, human.segment_of.items())
+    named = _named(labels, human)
     tree = human
     if figure is not None:
         named = {label: _own_name(guess, figure) for label, guess in named.items()}
@@ -169,7 +170,10 @@ def guess_association(
         own = _compared(clip, own, named, verdicts)
         guesses = [named[clip.labels[i]] for i in own]
         found = distances(clip.points[:, own])
-        for i, verdict in zip(own, weigh(guesses, found, tree, clip.frames), strict=True):
+        judged = weigh(guesses, found, tree, clip.frames)
+        if tree is human:
+            judged = with_pelvis(judged, found, clip.points[:, own])
+        for i, verdict in zip(own, judged, strict=True):
             verdicts[clip.labels[i]].append(verdict)
     there = np.flatnonzero(np.isfinite(clip.points[..., 0]).any(axis=0))
     seen = {clip.labels[i] for i in there}
@@ -270,17 +274,29 @@ def check_sure(guess: Guess, how: Sequence[str] = (), *, strict: bool = True) ->
     elif len(on_root) < LEAST_ON_ROOT:
         found = f"only {listed(x.label for x in on_root)}" if on_root else "none"
         trouble = f"{root} needs three markers, and {found} could be placed there"
+        if on_root:
+            trouble += _one_more(guess.skeleton.root.markers, on_root)
         counts = Counter(line.segment for line in placed)
-        if not on_root and (part := begun(counts, guess.skeleton)) is not None:
+        part = begun(counts, guess.skeleton)
+        if part is not None and part.root.name != root:
             first = part.root.name
-            there = listed(x.label for x in placed if x.segment == first)
-            trouble += f"; {part.name} starts at {first}, where only {there} could be placed"
+            there = [x for x in placed if x.segment == first]
+            trouble += f"; {part.name} starts at {first}, where only "
+            trouble += f"{listed(x.label for x in there)} could be placed"
+            trouble += _one_more(part.root.markers, there)
     elif 2 * len(placed) < guess.may_be:
         trouble = f"only {len(placed)} of {counted(guess.may_be, 'label')} could be placed"
     if trouble:
         raise CallError(
             f"{guess.clip}: which label is which marker? The guess is not sure: {trouble}", hint
         )
+
+
+def _one_more(markers: Sequence[str], there: Sequence[Line]) -> str:
+    """What a root lacks that has a marker or two of three, in words."""
+    lacks = {1: "two more", 2: "one more"}[len(there)]
+    others = [name for name in markers if name not in {line.marker for line in there}]
+    return f" ({lacks} of it would do, such as {listed(others, 4)})"
 
 
 def doubts(guess: Guess) -> str:
@@ -328,6 +344,20 @@ def in_words(guess: Guess) -> str:
     return said
 
 
+def _named(labels: list[str], human: Skeleton) -> dict[str, NameGuess]:
+    """What the labels say of themselves, those that are one of a crowd left open."""
+    standard = human.segment_of.items()
+    named = guess_names(labels, standard)
+    known = [x for x, g in named.items() if g.segment and g.confidence in (HIGH, LIKELY)]
+    # C7 stays the vertebra beside C1 to C60.
+    aside = crowd(named, known) - human.segment_of.keys()
+    if not aside:
+        return named
+    rest = guess_names([label for label in labels if label not in aside], standard)
+    reason = f"one of {len(aside)} running numbers"
+    return {x: rest.get(x) or NameGuess(x, "", "", OPEN, reason) for x in named}
+
+
 def _own_name(guess: NameGuess, figure: Skeleton) -> NameGuess:
     """The guess for a label, by a figure that has a marker of that name where the name says less."""
     segment = figure.segment_of.get(guess.label)
@@ -345,9 +375,14 @@ def _no_name(guess: NameGuess) -> NameGuess:
 
 def _without_nameless(lines: list[Line]) -> list[Line]:
     """The lines, those set aside that are no more than a running number."""
-    says_nothing = [x.label for x in lines if x.confidence == OPEN and not x.computed]
-    aside = nameless(says_nothing, sum(line.used for line in lines))
-    return [replace(line, aside=line.label in aside) for line in lines]
+    open_ = {x.label for x in lines if x.confidence == OPEN and not x.computed}
+    # A second person's markers have names, each of them, and no number.
+    denied = {x.label for x in lines if x.contradicted or x.confidence == UNSURE}
+    aside = nameless(open_ | denied, sum(line.used for line in lines))
+    return [
+        replace(x, aside=True, contradicted=False, lost=False) if x.label in aside else x
+        for x in lines
+    ]
 
 
 def _agreed(verdicts: list[Verdict]) -> Verdict:

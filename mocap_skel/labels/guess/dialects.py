@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import re
 import tomllib
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 TABLE = Path(__file__).parent / "dialects.toml"
+_ORDINALS = {"1": "ST", "2": "ND", "3": "RD", "4": "TH", "5": "TH"}
+# Letters that tell two landmarks apart, but not which is which.
+_UNTOLD = (["A", "B"],)
+# Letters of stems that a side and another code are as likely to be.
+_SHORT = 2
+# Spellings by rule rank behind all that the table has, and before words.
+_BY_RULE = 10_000
 # C7, T10, L5, S1: with a side before it, such a code is a marker of a cluster (LT1: left thigh or tibia).
 _VERTEBRA = re.compile(r"[A-Z]{1,2}\d+$")
 
@@ -180,6 +189,10 @@ def dialects() -> Dialects:
             segment, marker = place.named(side)
             found.landmarks[marker] = segment
     found.landmarks.pop("", None)
+    for entry in data["spelled"]:
+        _add_spelled(found, entry, data["ends"][entry["ends"]])
+    for entry in data["numbered"]:
+        _add_numbered(found, entry)
     for entry in data["letters"]:
         places = {letter: Place(s, "", "") for letter, s in entry["segments"].items()}
         found.letters.append((frozenset(entry["has"]), places))
@@ -192,3 +205,55 @@ def dialects() -> Dialects:
         names = (entry["joint"], entry["lateral"], entry["medial"])
         found.pairs.append(Pair(*names, toward, entry.get("bend", 0), upper, lower))
     return found
+
+
+def _add_spelled(found: Dialects, entry: Mapping[str, Any], ends: Mapping[str, Any]) -> None:
+    """Add the spellings of two landmarks of one stem: with words anywhere, with letters where a clip has both."""
+    one, other = (_place_of(found, name) for name in entry["places"])
+    stems = entry["stems"]
+    for place, words in ((one, ends["first"]), (other, ends["second"])):
+        _add(found, place, (x for s in stems for w in words for x in (s + w, w + s)))
+    inner = [*ends["second"], *(second for _, second in ends["letters"])]
+    for stem in stems:
+        # KneeM stands beside Knee as well as beside KneeL. LEL beside MEL is rather LE on the left than EL.
+        if len(stem) > _SHORT:
+            _add(found, one, (stem,), (x for w in inner for x in (stem + w, w + stem)))
+        for first, second in ends["letters"]:
+            outer = (stem + first, first + stem)
+            _add(found, one, outer, (stem + second, second + stem))
+            _add(found, other, (stem + second, second + stem), (*outer, stem))
+        for first, second in _UNTOLD:
+            for letter, partner in ((first, second), (second, first)):
+                _add(found, replace(one, marker=""), (stem + letter,), (stem + partner,))
+
+
+def _add_numbered(found: Dialects, entry: Mapping[str, Any]) -> None:
+    """Add the spellings of landmarks that a number tells apart."""
+    places = {number: _place_of(found, name) for number, name in entry["places"].items()}
+    rest = replace(next(iter(places.values())), marker="")
+    for n, order in _ORDINALS.items():
+        for stem in entry["stems"]:
+            spelled = (
+                stem + n,
+                f"{stem}0{n}",
+                n + stem,
+                n + order + stem,
+                f"{stem}{n}H",
+                f"D{n}{stem}",
+            )
+            _add(found, places.get(n, rest), spelled)
+            _add(found, rest, (x for b in entry["base"] for x in (b + n + stem, stem + n + b)))
+
+
+def _place_of(found: Dialects, marker: str) -> Place:
+    """The place of a landmark, by its name in the table."""
+    return next(place for _, place in found.phrases if place.marker == marker)
+
+
+def _add(found: Dialects, place: Place, spelled: Iterable[str], needs: Iterable[str] = ()) -> None:
+    """Add spellings of a place behind those that the table itself has."""
+    code = Code(place, _BY_RULE, False, frozenset(needs), False)
+    for spelling in spelled:
+        known = found.codes.setdefault(spelling, [])
+        if not known or code not in known:
+            known.append(code)

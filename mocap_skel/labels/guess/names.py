@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,11 +16,24 @@ HIGH, LIKELY, UNSURE, OPEN = "high", "likely", "unsure", "open"
 _TOKEN = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
 # PELVIS_X: the tip of a segment's axis, where the clip has another axis of it too.
 _AXIS = re.compile(r"(.+)[ _.-]([XYZ])", re.I)
+# Pelvis_S1: a part of the body and a name.
+_PART = re.compile(r"([A-Za-z]+)[ _.:/-]+(.+)")
 _LETTER = re.compile(r"([LR])([A-Z])_?(\d+)$")
 # What readers and labelling software make of a marker that stands in the file more than once.
 _DOUBLE = re.compile(r"(.*\D\d*)[_-]\d+$")
 # "LUArm", "RFArm": the side and the first letter of upper or fore in one token.
 _SIDE_AND_PART = {"u": "upper", "f": "fore"}
+# "Knee_I", "epicondyle M": inner and outer in a letter, at these joints; L is rather a side.
+_BESIDE_A_JOINT = {"knee", "ankle", "elbow", "epicondyle", "condyle", "malleolus"}
+_INWARD = {"m": "medial", "i": "medial", "o": "lateral", "e": "lateral"}
+# "PelvisLF", "head_BR", "Waist B": side and front or back in letters, on these parts of the body.
+_WITH_CORNERS = {"pelvis", "waist", "hip", "head"}
+_CORNER = {"f": ("", "front"), "b": ("", "back")} | {
+    letters: (side, part)
+    for side in "LR"
+    for letter, part in (("f", "front"), ("b", "back"))
+    for letters in (side.lower() + letter, letter + side.lower())
+}
 _REASON = {
     "code": "{} is a known name",
     "cluster": "cluster {}",
@@ -118,11 +132,20 @@ def tokens(label: str) -> list[str]:
     >>> tokens("RightKneeLat_01")
     ['right', 'knee', 'lat', '01']
     """
-    return [t.lower() for part in re.split(r"[^A-Za-z0-9]+", label) for t in _TOKEN.findall(part)]
+    parts = re.split(r"[^A-Za-z0-9]+", _plain(label))
+    return [t.lower() for part in parts for t in _TOKEN.findall(part)]
 
 
 def _code(label: str) -> str:
-    return re.sub(r"[^A-Z0-9]", "", label.upper())
+    return re.sub(r"[^A-Z0-9]", "", _plain(label).upper())
+
+
+def _plain(label: str) -> str:
+    """A label without accents."""
+    if label.isascii():
+        return label
+    apart = unicodedata.normalize("NFKD", label.replace("ß", "ss"))
+    return "".join(c for c in apart if not unicodedata.combining(c))
 
 
 class _Labels:
@@ -134,7 +157,8 @@ class _Labels:
         self.labels = set(labels)
         self.all = {_code(label) for label in labels}
         self.pair = _other_language({_stem(code) for code in self.all})
-        self.rests = {rest for label in labels for _, rest, _ in self._candidates(label)}
+        behind = [found[2] for found in map(_PART.fullmatch, labels) if found and self._part(found)]
+        self.rests = {rest for x in (*labels, *behind) for _, rest, _ in self._candidates(x)}
         self.rests |= {_stem(rest) for rest in self.rests}
         # Stems with a number, side and all: how many numbers each has.
         self.numbered: dict[str, set[str]] = defaultdict(set)
@@ -164,7 +188,27 @@ class _Labels:
         if either := self._either(label):
             return NameGuess(label, "", "", UNSURE, either)
         best = self._by_code(label) or self._by_words(label) or self._by_letter(label)
+        if best is None or not best.marker:
+            behind = self._behind_a_part(label)
+            clear = best is not None and best.confidence in (HIGH, LIKELY)
+            best = behind if behind and (behind.marker or not clear) else best
         return best or NameGuess(label, "", "", OPEN, "the name says nothing")
+
+    def _part(self, found: re.Match[str]) -> bool:
+        """Whether what stands in front of a name is a part of the body."""
+        return all(t in self.table.words or t in self.table.sides for t in tokens(found[1]))
+
+    def _behind_a_part(self, label: str) -> NameGuess | None:
+        """The guess for Pelvis_S1 or Trunk.LAC1: a name behind a part of the body, on that part or beside it."""
+        found = _PART.fullmatch(label)
+        if not found or not self._part(found) or _code(found[2]) in self.table.computed_codes:
+            return None
+        part, rest = self._by_words(found[1]), self._by_code(found[2]) or self._by_words(found[2])
+        if part is None or rest is None or rest.confidence in (UNSURE, OPEN) or not part.segment:
+            return None
+        if part.segment != rest.segment or part.confidence in (UNSURE, OPEN):
+            return None
+        return replace(rest, label=label, reason=f"{found[1]}, {rest.reason}")
 
     def _either(self, label: str) -> str:
         """The two places that an ambiguous code may be, in words; "" if it is clear, or the other labels make it so."""
@@ -210,12 +254,7 @@ class _Labels:
                 elif not at_end and code.startswith(letter):
                     yield side, code[1:], False
             return
-        for word, side in self.table.sides.items():
-            if code.startswith(word.upper()) and len(code) > len(word):
-                yield side, code[len(word) :], False
-        for word, side in self.table.sides.items():
-            if code.endswith(word.upper()) and len(code) > len(word) + 1:
-                yield side, code[: -len(word)], len(word) == 1
+        yield from _sided(code)
 
     def _by_code(self, label: str) -> NameGuess | None:
         whole = _code(label)
@@ -356,6 +395,12 @@ class _Labels:
                 numbers.append(token.lstrip("0"))
             elif token in self.table.sides:
                 sides.add(self.table.sides[token])
+            elif (corner := _CORNER.get(token)) and self._among(_WITH_CORNERS, words, queue):
+                side, part = corner
+                sides |= {side} - {""}
+                words.add(part)
+            elif token in _INWARD and self._among(_BESIDE_A_JOINT, words, queue):
+                words.add(_INWARD[token])
             elif len(token) == 2 and token[0] in "lr" and token[1] in _SIDE_AND_PART and queue:
                 sides.add(token[0].upper())
                 part = _SIDE_AND_PART[token[1]] + queue[0]
@@ -375,6 +420,10 @@ class _Labels:
             return set(), "", [], []
         return words, next(iter(sides), ""), numbers, unknown
 
+    def _among(self, parts: set[str], words: set[str], others: Iterable[str]) -> bool:
+        """Whether a label's words, found already or still to be, name one of some parts of the body."""
+        return bool(parts & (words | {self.table.words.get(word, "") for word in others}))
+
     def _by_letter(self, label: str) -> NameGuess | None:
         found = _LETTER.match(_code(label))
         if not found or not self._many(_code(label)) or found[2] not in self.letters:
@@ -382,6 +431,19 @@ class _Labels:
         segment, _ = self.letters[found[2]].named(found[1])
         others = "/".join(sorted(self.letters))
         return NameGuess(label, segment, "", LIKELY, f"cluster {found[2]} of a set with {others}")
+
+
+@lru_cache(4096)
+def _sided(code: str) -> tuple[tuple[str, str, bool], ...]:
+    """(side, rest, whether the mirrored label must exist) of a code that starts or ends with a word for a side."""
+    sides = [(word.upper(), side) for word, side in dialects().sides.items()]
+    first = [(s, code[len(w) :], False) for w, s in sides if code.startswith(w) and code != w]
+    last = [
+        (s, code[: -len(w)], len(w) == 1)
+        for w, s in sides
+        if code.endswith(w) and len(code) > len(w) + 1
+    ]
+    return (*first, *last)
 
 
 @lru_cache(4096)

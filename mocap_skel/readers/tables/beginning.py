@@ -4,6 +4,10 @@ from __future__ import annotations
 
 BOMS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 """How texts begin that say their encoding, and what it is called."""
+NEXUS_TITLES = (
+    "trajectories", "model outputs", "devices", "joints", "segments", "events", "analog",
+)  # fmt: skip
+"""With what a block of an ASCII export of Vicon Nexus begins, in small letters; any of them may be the first."""
 
 
 def beginning(head: bytes) -> list[str]:

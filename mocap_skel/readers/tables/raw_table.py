@@ -56,6 +56,7 @@ def raw_table(
         rate=when.rate,
         unit=unit,
         first_frame=when.first,
+        zero_frame=when.zero,
         usual_up=usual_up,
         notes=(*text.notes, *notes, *rows.notes, *when.notes),
     )

@@ -11,6 +11,7 @@ from pathlib import Path
 from mocap_skel.errors import ClipError
 from mocap_skel.readers.tables.beginning import BOMS
 from mocap_skel.readers.units import metres_in
+from mocap_skel.text import printable
 
 LARGEST = 1 << 29
 """Bytes of text that are read: an hour and a half of 100 markers at 100 Hz has less. Picked by eye; a larger file would
@@ -113,7 +114,7 @@ def cells(line: str, delimiter: str) -> list[str]:
     if (count := line.count(delimiter) + 1) > MOST_IN_A_LINE:
         raise ClipError(f"a line of {count} cells, and no table has more than {MOST_IN_A_LINE}")
     if delimiter == " ":
-        return [_printable(word) for word in line.split()]
+        return [printable(word) for word in line.split()]
     try:
         found = next(
             csv.reader([line], delimiter=delimiter, skipinitialspace=delimiter != "\t"), []
@@ -121,11 +122,7 @@ def cells(line: str, delimiter: str) -> list[str]:
     except csv.Error:
         # A cell of more than 128 kB.
         found = line.split(delimiter)
-    return [_printable(cell.strip().strip('"')) for cell in found]
-
-
-def _printable(text: str) -> str:
-    return text if text.isprintable() else "".join(c if c.isprintable() else "?" for c in text)
+    return [printable(cell.strip().strip('"')) for cell in found]
 
 
 def shown(text: str) -> str:
@@ -134,7 +131,7 @@ def shown(text: str) -> str:
     >>> shown("1.2\x1b"), shown("x" * 100)
     ('1.2?', 'xxxxxxxxxxxxxxxxxxxxxxxxxxx...')
     """
-    text = _printable(text)
+    text = printable(text)
     return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 

@@ -19,6 +19,10 @@ _LAST = 1e9
 _SPARSE = 100
 # Of a step, by which times may be off the grid of a camera; and by which two rates differ that are not one.
 _OFF_GRID, _DIFFERENT = 0.3, 0.01
+# Of a frame, by which the time 0 may be off it and be taken for it; a rate in a header has as few digits as that.
+_ON_GRID = 0.02
+# Seconds of a take: later times are those of a clock, such as seconds since 1970.
+_LONGEST = 86_400.0
 # Times have at most so many decimals.
 _DECIMALS = 9
 
@@ -30,12 +34,14 @@ class Timing:
     Attributes:
         places: (rows,) the place of each among the clip's frames, from 0, rising.
         first: the number of the first frame.
+        zero: the number that a frame at time 0 has, by the times; None without them.
         rate: frames a second, 0 where nothing says it.
         notes: what was decided about them.
     """
 
     places: NDArray[np.int64]
     first: int
+    zero: float | None
     rate: float
     notes: tuple[str, ...]
 
@@ -54,7 +60,7 @@ def timing(rows: Rows, said: float, seconds: float = 1.0) -> Timing:
     notes: list[str] = []
     count = len(rows.lines)
     if not count:
-        return Timing(np.arange(0), 1, said, ())
+        return Timing(np.arange(0), 1, None, said, ())
     times = None if rows.times is None else rows.times * seconds
     if times is not None and not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
         if not said:
@@ -74,7 +80,9 @@ def timing(rows: Rows, said: float, seconds: float = 1.0) -> Timing:
             f"{counted(lost, 'frame')} without a row, the first of them {places[at] + 1 + first}: "
             "every marker counts as missing there"
         )
-    return Timing(places, first, _rate(said, times, places, step, notes), tuple(notes))
+    rate = _rate(said, times, places, step, notes)
+    zero = None if times is None or not rate > 0 else _zero(times, places + first, rate, notes)
+    return Timing(places, first, zero, rate, tuple(notes))
 
 
 def _by_numbers(rows: Rows, notes: list[str]) -> tuple[NDArray[np.int64], int, int] | None:
@@ -128,6 +136,17 @@ def _by_times(times: Array, notes: list[str]) -> NDArray[np.int64]:
     return places.astype(np.int64)
 
 
+def _zero(times: Array, numbers: NDArray[np.int64], rate: float, notes: list[str]) -> float | None:
+    """The number of a frame at time 0; a whole one where the times, as they are rounded, allow it."""
+    if abs(times[0]) > _LONGEST:
+        notes.append("its times are those of a clock: they are counted from the first frame")
+        return float(numbers[0])
+    # A rate that differs a little from the times must not move the first frame.
+    zero = float(numbers[0] - times[0] * rate)
+    near = max(_ON_GRID, _unit_of(times) * rate)
+    return float(round(zero)) if abs(zero - round(zero)) <= near else zero
+
+
 def _rate(
     said: float, times: Array | None, places: NDArray[np.int64], step: int, notes: list[str]
 ) -> float:
@@ -149,10 +168,14 @@ def _rate_of(times: Array, places: NDArray[np.int64]) -> float:
     slope = float((places[-1] - places[0]) / (times[-1] - times[0]))
     whole = round(slope)
     if whole:
-        digits = range(_DECIMALS + 1)
-        decimals = next((d for d in digits if abs(np.round(times, d) - times).max() < 1e-12), None)
-        unit = 10.0 ** -(_DECIMALS if decimals is None else decimals)
         off = times - times[0] - (places - places[0]) / whole
-        if abs(off).max() <= 1.01 * unit:
+        if abs(off).max() <= 1.01 * _unit_of(times):
             return float(whole)
     return slope
+
+
+def _unit_of(times: Array) -> float:
+    """To what the times are rounded, seconds."""
+    digits = range(_DECIMALS + 1)
+    decimals = next((d for d in digits if abs(np.round(times, d) - times).max() < 1e-12), None)
+    return float(10.0 ** -(_DECIMALS if decimals is None else decimals))

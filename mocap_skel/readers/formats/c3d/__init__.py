@@ -1,16 +1,14 @@
-"""C3D files: checked before any library sees them, then read by the one that reads them right.
+"""C3D files: looked at first, then read as they were found.
 
-`survey` looks at a file before any library does: `section` reads the header and the parameters, `layout`
-finds the points, `machine` and `frames` know its numbers and counts. `choice` lets ezc3d read what is sound,
-and py-c3d or numpy the rest; `damage` finds what no counter tells. `point_lists` says which points are no
+`survey` looks at a file: `section` reads the header and the parameters, `layout` finds the points, `machine` and
+`frames` know its numbers and counts. `choice` takes what is sound as it stands (`points`), and asks py-c3d about
+the rest (`with_c3d`); `damage` finds what no counter tells. `point_lists` says which points are no
 markers by the file's own lists, `person` the measures of the person.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-
-import numpy as np
 
 from mocap_skel.readers.formats.c3d.choice import read_contents
 from mocap_skel.readers.formats.c3d.contents import texts
@@ -36,12 +34,9 @@ def read(path: Path, salvage: bool = False) -> RawClip:
     """
     found = read_contents(path, salvage)
     point = found.parameters["POINT"]
-    points = found.points
     measures, said = person(found.parameters)
-    # Whatever place a library gives to a sample that its residual marks as missing.
-    points[found.invalid] = np.nan
     return RawClip(
-        points=points,
+        points=found.points,
         labels=tuple(texts(point, "LABELS")),
         rate=found.rate,
         unit=next(iter(texts(point, "UNITS")), ""),

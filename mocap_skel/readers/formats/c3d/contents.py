@@ -1,4 +1,4 @@
-"""What any C3D library gives of a file, and the values of its parameters."""
+"""What a reader of C3D gives of a file, and the values of its parameters."""
 
 from __future__ import annotations
 
@@ -23,9 +23,8 @@ class Contents:
         invalid: (frames, points), residual below zero.
         rate: frames a second as the file has it, 0 where it has none.
         first_frame: the file's own number of the first frame.
-        length: frames that the file holds; more than there are in `points` if the library came back short.
         parameters: the groups POINT and TRIAL, and PROCESSING where all readers are done.
-        reader: what read it.
+        reader: what read the parameters.
         events: as `RawClip` has them.
         rescale, scale_names: as `RawClip` has them.
         notes: what was decided while reading, one sentence each.
@@ -35,9 +34,8 @@ class Contents:
     invalid: NDArray[np.bool_]
     rate: float
     first_frame: int
-    length: int
     parameters: Groups
-    reader: str = "ezc3d"
+    reader: str = "numpy"
     notes: tuple[str, ...] = ()
     rescale: float = 1.0
     scale_names: tuple[str, str] = ("", "")

@@ -53,7 +53,6 @@ def _before(raw: Contents, at: int, what: str, salvage: bool) -> Contents:
         raw,
         points=raw.points[:at],
         invalid=raw.invalid[:at],
-        length=at,
         notes=(*raw.notes, note),
     )
 

@@ -1,18 +1,16 @@
-"""What is known of a file before any library sees it, and whether one in C may: it must not crash."""
+"""What is known of a file by its header, its parameters and its size."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.readers.formats.c3d import layout, section
-from mocap_skel.readers.formats.c3d.contents import Groups, number, texts
+from mocap_skel.readers.formats.c3d.contents import number
 from mocap_skel.readers.formats.c3d.frames import WORD, first_frame, unsigned
 from mocap_skel.readers.formats.c3d.layout import Layout
 from mocap_skel.readers.formats.c3d.machine import dtype, native, numbers
@@ -29,8 +27,8 @@ class Survey:
         header, section: what it says.
         layout: where its points are.
         first_frame: the file's own number of the first frame.
-        contradictions: what it says of its points that is not so; readers may be misled by it.
-        doubts: why no library in C may see it, one phrase each.
+        contradictions: what it says of its points that is not so.
+        doubts: what is wrong with its parameters, one phrase each.
         base: the byte at which it starts.
     """
 
@@ -143,16 +141,10 @@ def survey(path: Path) -> Survey:
         first,
         lambda one, at, count: read_frames(path, base, one, at, count),
     )
-    doubts = [*parameters.faults, *_missing(header, parameters.groups)]
-    if found.frames * _analog_samples(header, parameters.groups) > size:
-        doubts.append("its analog rate makes more samples than it has bytes")
+    doubts = parameters.faults
     if base:
-        doubts.append(f"{base} zeros stand before its header")
-    if number(parameters.groups.get("ROTATION", {}).get("USED")):
-        doubts.append("it holds rotations beside its points")
-    return Survey(
-        path, header, parameters, found, first, contradictions, tuple(doubts), base
-    )  # fmt: skip
+        doubts = (*doubts, f"{base} zeros stand before its header")
+    return Survey(path, header, parameters, found, first, contradictions, doubts, base)
 
 
 def read_frames(
@@ -175,35 +167,3 @@ def read_frames(
         flat = np.concatenate([flat, np.zeros(count * values - len(flat), form)])
     data = native(flat, layout.machine).reshape(count, values)[:, : 4 * layout.points]
     return data.reshape(count, layout.points, 4)
-
-
-def _missing(header: Header, groups: Groups) -> Iterator[str]:
-    """Parameters without which ezc3d crashes or reads past the end of a list."""
-    if not header.analogs:
-        return
-    analog = groups.get("ANALOG", {})
-    used = unsigned(analog.get("USED"))
-    for name in ("USED", "RATE", "GEN_SCALE"):
-        if not len(analog.get(name, ())):
-            yield f"ANALOG:{name} is missing"
-    for name in ("SCALE", "OFFSET"):
-        if sum(map(len, _parts(analog, name))) < used:
-            yield f"ANALOG:{name} has fewer values than there are channels"
-    if any(not np.issubdtype(np.asarray(v).dtype, np.integer) for v in _parts(analog, "OFFSET")):
-        yield "ANALOG:OFFSET holds no integers"
-    if "LABELS" in analog and not texts(analog, "LABELS") and used:
-        yield "ANALOG:LABELS is no list of text"
-
-
-def _analog_samples(header: Header, groups: Groups) -> float:
-    """Samples of an analog channel in a frame: ezc3d takes some hundred bytes for each, channels or not."""
-    rate = number(groups.get("POINT", {}).get("RATE")) or header.rate
-    analog = abs(number(groups.get("ANALOG", {}).get("RATE")))
-    by_rates = analog / abs(rate) if rate else (math.inf if analog else 0.0)
-    return max(by_rates, float(header.samples))
-
-
-def _parts(group: dict[str, Any], name: str) -> list[Any]:
-    """A parameter's value and those of its continuations, NAME2 and so on."""
-    names = [name, *(f"{name}{i}" for i in range(2, 258))]
-    return [group[part] for part in names if part in group]

@@ -1,14 +1,14 @@
-"""The second reader: the parameters by py-c3d, the frames all at once by numpy.
+"""Files that are not sound: their parameters by py-c3d, and where it cannot, those that `section` found.
 
-py-c3d's own `read_frames` goes through a Python loop that costs 50 µs a frame and takes the number
-of frames from fields that may be stale; and a trouble with analog channels, which nobody needs
-here, ends it. Where it cannot read the parameters either, those that `section` found must do.
+Its frames are not used: `read_frames` takes their number from fields that may be stale, and a trouble with
+analog channels, which nobody needs here, ends it.
 """
 
 from __future__ import annotations
 
 import struct
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,9 @@ import numpy as np
 
 from mocap_skel.errors import reason
 from mocap_skel.readers.formats.c3d.contents import Contents, Groups, decoded
-from mocap_skel.readers.formats.c3d.frames import without_padding
 from mocap_skel.readers.formats.c3d.machine import numbers
-from mocap_skel.readers.formats.c3d.survey import survey
+from mocap_skel.readers.formats.c3d.points import contents
+from mocap_skel.readers.formats.c3d.survey import Survey, survey
 
 # What py-c3d lets through on files that it does not expect; most of it is its own `assert`.
 _REFUSALS = (
@@ -27,14 +27,18 @@ _REFUSALS = (
 )  # fmt: skip
 
 
-def read(path: Path) -> Contents:
+def read(path: Path, found: Survey | None = None) -> Contents:
     """Read a file with py-c3d and numpy: of a file that is cut off, the frames that it still has.
+
+    Args:
+        path: the file.
+        found: what is known of it.
 
     Raises:
         ClipError: it is no C3D file or has no parameters; the message does not name the file.
         OSError: it cannot be opened.
     """
-    found = survey(path)
+    found = found or survey(path)
     notes: tuple[str, ...] = ()
     groups, reader = found.section.groups, "numpy"
     # A walk that found something wrong knows more than py-c3d, which stops there or reads on.
@@ -46,35 +50,8 @@ def read(path: Path) -> Contents:
             # Nobody here needs the analog data over which it stumbles.
             if "analog" not in why.lower():
                 notes = (f"py-c3d cannot read its parameters either: {why}",)
-    layout, point = found.layout, groups.get("POINT", {})
-    data = found.read(0, layout.frames)
-    data = data[: without_padding(data, layout.sure)]
-    with np.errstate(invalid="ignore"):
-        points = data[..., :3].astype(np.float64)
-    # The fourth value holds a residual and a set of cameras; only its sign means the same to all.
-    # A zero has no sign here: some write -0.0 for a point without a residual.
-    with np.errstate(invalid="ignore"):
-        invalid = data[..., 3] < 0
-    if invalid.all() and points.any():
-        # Who gives no point a residual means none of them to be missing.
-        invalid = (points == 0).all(axis=-1)
-        notes = (
-            *notes,
-            "every residual says that its point is missing: the residuals are not used",
-        )
-    if layout.width == 2:
-        points *= found.scale
-    points[invalid] = np.nan
-    return Contents(
-        points=points,
-        invalid=invalid,
-        rate=found.rate,
-        first_frame=found.first_frame,
-        length=len(data),
-        parameters={"POINT": point, "TRIAL": groups.get("TRIAL", {})},
-        reader=reader,
-        notes=notes,
-    )
+    raw = contents(found, groups)
+    return replace(raw, reader=reader, notes=(*notes, *raw.notes))
 
 
 def _groups(path: Path, machine: str) -> Groups:
