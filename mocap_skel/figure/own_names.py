@@ -31,6 +31,7 @@ def in_own_names(skeleton: Skeleton, own: Mapping[str, str]) -> Skeleton:
         return replace(
             one, line=named(one.line), across=named(one.across), of=named(one.of),
             toward=named(one.toward), upper=named(one.upper), straight=named(one.straight),
+            hanging=named(one.hanging),
         )  # fmt: skip
 
     def prior(one: Prior) -> Prior:

@@ -32,6 +32,11 @@ class Shift:
         straight: for a hinge: two markers of the figure; the line from the first to the second points inward
             while the limb hangs straight.
         turned: for a hinge: radians by which a hanging limb turns away from that.
+        inside: for a hinge: radians by which a hanging limb is turned about its length from that line, to the inside.
+        hanging: for a hinge: two landmarks; the line from the first to the second points down. The farther the limb is
+            from hanging along it, and the more it is bent, the less `straight` counts.
+        plane: for a hinge: whether the child bends in a plane, so that what leaves the plane is skin that turns the
+            parent's markers about its length.
         sd: metres by which the step's length is off, beside the prior's own error.
     """
 
@@ -47,6 +52,9 @@ class Shift:
     aside: float = 0.0
     straight: tuple[str, ...] = ()
     turned: float = 0.0
+    inside: float = 0.0
+    hanging: tuple[str, ...] = ()
+    plane: bool = False
     sd: float = 0.0
 
 
@@ -118,14 +126,14 @@ def _shift(entry: Any, places: Places, i: int, *, mean: bool) -> Shift:
     entry = is_a(entry, dict, here, "shift: a list of tables")
     known = {
         "line", "across", "hinge", "ratio", "of", "by", "toward", "beside", "upper", "aside",
-        "straight", "turned", "sd",
+        "straight", "turned", "inside", "hanging", "plane", "sd",
     }  # fmt: skip
     known_keys(entry, known, places, i, "prior.shift.")
     points = {
         key: names(entry.get(key, []), places, i, f"prior.shift.{key}")
-        for key in ("line", "across", "of", "toward", "upper", "straight")
+        for key in ("line", "across", "of", "toward", "upper", "straight", "hanging")
     }
-    for key, count in (("line", 2), ("across", 4), ("of", 2), ("straight", 2)):
+    for key, count in (("line", 2), ("across", 4), ("of", 2), ("straight", 2), ("hanging", 2)):
         if len(points[key]) not in (0, count):
             raise SkeletonError(f"{here}: {key} is {count} landmarks, not {list(points[key])}")
     hinge = entry.get("hinge", 0)
@@ -138,9 +146,12 @@ def _shift(entry: Any, places: Places, i: int, *, mean: bool) -> Shift:
         raise SkeletonError(
             f"{here}: a shift along a hinge needs markers of the child, toward = [...]"
         )
+    plane = is_a(entry.get("plane", False), bool, here, "plane: true or false")
+    if plane and not (hinge and mean):
+        raise SkeletonError(f"{here}: plane is for a shift along a hinge, from a landmark")
     numbers = {
         key: number(entry.get(key, 0.0), here, f"{key} is a number")
-        for key in ("ratio", "by", "beside", "aside", "turned", "sd")
+        for key in ("ratio", "by", "beside", "aside", "turned", "inside", "sd")
     }
     if hinge and not numbers["by"] > 0:
         raise SkeletonError(f"{here}: a shift along a hinge needs its length in metres, by = ...")
@@ -152,7 +163,7 @@ def _shift(entry: Any, places: Places, i: int, *, mean: bool) -> Shift:
         line=points["line"], across=points["across"], of=points["of"], toward=points["toward"],
         hinge=hinge, ratio=numbers["ratio"], by=numbers["by"], beside=numbers["beside"],
         upper=points["upper"], aside=numbers["aside"], straight=points["straight"],
-        turned=numbers["turned"], sd=numbers["sd"],
+        turned=numbers["turned"], inside=numbers["inside"], hanging=points["hanging"], plane=plane, sd=numbers["sd"],
     )  # fmt: skip
 
 

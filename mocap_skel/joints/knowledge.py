@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_skel.figure.prior_tables import Shift
 from mocap_skel.figure.skeleton import Segment
 from mocap_skel.joints.calibration import Pooled, Template, pooled_evidence, template_of
 from mocap_skel.joints.evidence import NEAREST
+from mocap_skel.joints.hanging import inward_of_hanging
 from mocap_skel.joints.hinge import Turning, hinge_shift, turning
 from mocap_skel.joints.priors import Expected, Surroundings, expected_joint
 from mocap_skel.joints.samples import LEAST_SAMPLES
@@ -92,15 +95,20 @@ def expected_in(
         middle = np.mean(list(parent.template.values()), axis=0)
         return turning(parent.pose, prepared.shapes[segment.name][1], middle_of(markers), middle)
 
-    def direction(first: str, second: str) -> Array | None:
-        a, b = prepared.track(first), prepared.track(second)
+    def inside_parent(ends: Sequence[Array | None]) -> Array | None:
+        """(frames, 3): the line between two tracks of the lab, along the parent's axes."""
+        a, b = ends
         if a is None or b is None:
             return None
-        line = np.einsum("fij,fi->fj", parent.pose.rotation, b - a)
-        line = line[np.isfinite(line[:, 0])]
-        if not len(line):
+        return np.asarray(np.einsum("fij,fi->fj", parent.pose.rotation, b - a))
+
+    def hanging(shift: Shift, bone: Array | None, marker: Array) -> tuple[Array, float] | None:
+        line = inside_parent([prepared.track(name) for name in shift.straight])
+        if line is None:
             return None
-        return np.asarray((line / np.linalg.norm(line, axis=1)[:, None]).mean(axis=0))
+        ends = [_landmark(name, prepared, task) for name in shift.hanging]
+        down = inside_parent(ends) if ends else None
+        return inward_of_hanging(shift, line, bone, middle_of(shift.toward) - marker, down)
 
     cluster: tuple[Array, Array] | None = None
     if segment.name in prepared.shapes:
@@ -114,11 +122,20 @@ def expected_in(
         lower,
         task.size,
         turn,
-        direction,
+        hanging,
         cluster,
         parent.joint_error,
     )
     return expected_joint(segment.priors, task.skeleton.landmarks, around)
+
+
+def _landmark(name: str, prepared: Prepared, task: Task) -> Array | None:
+    """(frames, 3) in the lab: the mean of a landmark's markers, by the first set that the clip has; None without one."""
+    for markers in task.skeleton.landmarks.get(name, ((name,),)):
+        found = [track for m in markers if (track := prepared.track(m)) is not None]
+        if len(found) == len(markers):
+            return np.asarray(np.mean(found, axis=0))
+    return None
 
 
 def turn_axis(

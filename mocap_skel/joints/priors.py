@@ -7,7 +7,7 @@ clip is looked at.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -68,8 +68,8 @@ class Surroundings:
         size: the subject's, 1 for a person of 1.75 m.
         turn: markers of the child far down it, or () for all → how it turned in the parent; None where it
             has no pose.
-        direction: two markers of the figure → the mean (3,) of the unit vectors from the first to the second;
-            None where they are not seen.
+        hanging: a step inward, the bone above it (3,) and the markers' mean, → which way is inward by the trunk (3,),
+            and how far that is off, radians; None where the trunk does not tell.
         cluster: the child's markers: their places (M, 3) in a frame of its own and their mean places (M, 3) in
             the parent, where the child has a pose.
         upper_error: standard deviation of `upper` in the direction in which it is known least.
@@ -80,7 +80,7 @@ class Surroundings:
     lower: Callable[[tuple[str, ...]], Moments | None]
     size: float
     turn: Callable[[tuple[str, ...]], Turning | None] = lambda _: None
-    direction: Callable[[str, str], Array | None] = lambda _, __: None
+    hanging: Callable[[Shift, Array | None, Array], tuple[Array, float] | None] = lambda *_: None
     cluster: tuple[Array, Array] | None = None
     upper_error: float = 0.0
 
@@ -287,10 +287,13 @@ def _hinge_step(
             upper, aside = np.mean(known, axis=0), shift.aside
     turn = around.turn(shift.toward)
     shown = turn is not None and turn.shown
-    straight = around.direction(*shift.straight) if shift.straight else None
     if upper is None and not shown:
         return None
     above = None if upper is None else marker - upper
+    told = around.hanging(shift, above, marker) if shift.straight else None
+    straight = None if told is None else told[0]
+    if told is not None:
+        shift = replace(shift, turned=told[1])
     direction, error = inward(
         above, lower.mean - marker, shift, around.size, lower.covariance, aside, turn, straight
     )

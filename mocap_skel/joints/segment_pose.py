@@ -11,6 +11,8 @@ from mocap_skel.joints.hinge import hinge_shift, inward
 from mocap_skel.joints.joint_fit import JointFit
 from mocap_skel.joints.samples import Frame
 from mocap_skel.joints.task import Task
+from mocap_skel.joints.turn_axis import KNOWN, wobble
+from mocap_skel.joints.twist import SHARPEST, Plane, Turned, about, turned
 from mocap_skel.segments.cases import (
     Link,
     Posed,
@@ -18,6 +20,8 @@ from mocap_skel.segments.cases import (
     by_markers,
     by_markers_and_joint,
     by_one_marker,
+    by_swing,
+    middle,
     turned_with,
 )
 from mocap_skel.segments.pose import Array, Pose
@@ -29,6 +33,8 @@ NO_DIRECTION = 3.0
 # Of several markers in line with the joint, one that is seen in such a share of the frames of another may be
 # the one that the pose is of.
 OFTEN = 0.9
+# The way from the marker to the joint of a segment that stands on one marker, as it is drawn.
+_LENGTH = np.array([1.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,17 +107,20 @@ def placed_child(
     """
     points, markers = prepared.of(segment.name), prepared.markers(segment.name)
     link = Link(joint.track, parent.pose.rotation @ joint.axis, joint.hinge)
+    plane = _plane_below(segment, joint.track, prepared, task)
     if segment.name in prepared.shapes:
         posed = by_markers(points, *_own_pose(segment.name, prepared, task), link)
-        return Placed(segment, markers, posed, Frame(posed.shape), _error(joint)), ""
+        posed, note = _with_plane(segment, posed, plane, prepared)
+        return Placed(segment, markers, posed, Frame(posed.shape), _error(joint)), note
     found = by_markers_and_joint(points, link, task.triad)
     if found is not None:
+        found, note = _with_plane(segment, found, plane, prepared)
         frame = Frame(found.shape)
         if joint.shown == "no":
             doubt = f"the frame of {segment.name} rests on {joint.joint}, which the movement does not show"
             frame = replace(frame, limit="weak", doubt=doubt, lost=bool(np.isinf(_error(joint))))
-        return Placed(segment, markers, found, frame, _error(joint)), ""
-    return _placed_by_one(segment, joint, link, parent, prepared, task)
+        return Placed(segment, markers, found, frame, _error(joint)), note
+    return _placed_by_one(segment, joint, link, parent, prepared, plane)
 
 
 def _error(joint: JointFit) -> float:
@@ -125,25 +134,93 @@ def _own_pose(name: str, prepared: Prepared, task: Task) -> tuple[Shape, Pose]:
     return shape, shape.triad_pose(prepared.of(name)) if task.triad else pose
 
 
+def _with_plane(
+    segment: Segment, posed: Posed, plane: Plane | None, prepared: Prepared
+) -> tuple[Posed, str]:
+    """A segment turned about its length to the plane of the limb below, as far as skin carries its markers round.
+
+    Args:
+        segment: of the figure.
+        posed: it, by its markers.
+        plane: of the limb below; None where nothing shows one.
+        prepared: the clip's markers.
+
+    Returns:
+        The segment, and a note where its markers turn otherwise by more than an axis may be off; "" for none.
+    """
+    if plane is None or not plane.kept or posed.joint is None or posed.shape is None:
+        return posed, ""
+    # Markers that keep their distances to what their noise allows are on no skin: they are right.
+    if not wobble(posed.shape, prepared.noise.sigma).skin > SHARPEST:
+        return posed, ""
+    place = posed.template[plane.marker]
+    found = turned(posed.pose, place - posed.joint, place, plane) if np.isfinite(place[0]) else None
+    if found is None or not found.wander > 0:
+        return posed, ""
+    inside = found.pose.to_segment(prepared.of(segment.name))
+    template = posed.template.copy()
+    for m in range(inside.shape[1]):
+        template[m] = middle(inside[:, m])
+    note = _turned_note(segment, found, markers=True)
+    return replace(posed, pose=found.pose, template=template), note
+
+
+def _turned_note(segment: Segment, found: Turned, *, markers: bool) -> str:
+    """What there is to say of a turn that rests on the plane below; "" where skin is as skin is.
+
+    Args:
+        segment: of the figure.
+        found: its turn.
+        markers: whether it has a turn by its own markers as well.
+    """
+    if not found.wander > KNOWN:
+        return ""
+    seen = found.pose.known
+    lost = int((found.error[seen] > KNOWN).sum())
+    words = f"{segment.name} turns about its length with the plane of the limb below it"
+    if markers:
+        words += (
+            f": its own markers turn {np.degrees(found.wander):.0f} degrees otherwise, as skin does"
+        )
+    if lost:
+        words += (
+            f"; in {lost} of {int(seen.sum())} frames the limb is too straight to show this turn to "
+            f"{np.degrees(KNOWN):.0f} degrees"
+        )
+    return words
+
+
 def _placed_by_one(
-    segment: Segment, joint: JointFit, link: Link, parent: Placed, prepared: Prepared, task: Task
+    segment: Segment,
+    joint: JointFit,
+    link: Link,
+    parent: Placed,
+    prepared: Prepared,
+    plane: Plane | None,
 ) -> tuple[Placed, str]:
     """A segment on one marker, or on several in line with the joint, which show no more of its turn."""
     points, names = prepared.of(segment.name), prepared.markers(segment.name)
     m, distance = _guide(points, joint.track)
     marker = points[:, m]
     several = len(names) > 1
-    below, note = None, ""
+    below, note = False, ""
     if distance < NO_DIRECTION * joint.residual:
         # The line from joint to marker is noise; the parent's turn is the best that is known.
         posed = turned_with(parent.pose, marker, joint.track)
         which = "none of its markers is" if several else "its one marker is no"
         note = f"{segment.name} turns with {joint.parent}: {which} farther from {joint.joint} than noise"
     else:
-        below = _hinge_below(segment, joint.track, prepared, task)
-        if below is not None:
-            link = Link(joint.track, below, hinge=True)
+        below = plane is not None
+        if plane is not None:
+            link = Link(joint.track, plane.inward, hinge=True)
         posed = by_one_marker(marker, link, distance)
+        if plane is not None and plane.kept:
+            swung = by_swing(marker, joint.track, parent.pose, distance)
+            found = turned(swung.pose, _LENGTH, np.zeros(3), plane)
+            if found is not None:
+                posed = _drawn_inward(swung, found)
+                link = Link(joint.track, posed.pose.rotation[:, :, 2], hinge=True)
+                note = _turned_note(segment, found, markers=False)
     if several:
         posed = by_line(points, m, posed, link)
     which = f"markers in line with {joint.joint}" if several else "one marker"
@@ -152,7 +229,7 @@ def _placed_by_one(
             None,
             "weak",
             f"{segment.name} stands on {which}",
-            by_child=several and below is not None,
+            by_child=several and below,
         )
         if link.hinge
         else Frame(None, "no", f"the turn of {segment.name} is not seen: {which}")
@@ -173,21 +250,31 @@ def _guide(points: Array, joint: Array) -> tuple[int, float]:
     return m, float(away[m])
 
 
-def _hinge_below(segment: Segment, joint: Array, prepared: Prepared, task: Task) -> Array | None:
-    """The axis (frames, 3) of the hinge at a segment's other end; None where anatomy has none there.
+def _drawn_inward(swung: Posed, found: Turned) -> Posed:
+    """A segment on one marker, as `by_one_marker` draws it: z is the mean way inward of the hinge at its end."""
+    angle = np.arctan2(found.inward[2], found.inward[1]) - 0.5 * np.pi
+    rotation = found.pose.rotation @ about(_LENGTH, np.array([angle]))[0]
+    return replace(swung, pose=Pose(rotation, found.pose.origin))
+
+
+def _plane_below(segment: Segment, joint: Array, prepared: Prepared, task: Task) -> Plane | None:
+    """The plane in which the limb below a segment bends; None where anatomy has no hinge there, or nobody sees it.
 
     It is fixed in the segment, and the lower bone shows it, as the segment's own marker cannot.
     """
     if not task.anatomy:
         return None
+    names = prepared.markers(segment.name)
     for child in task.skeleton.segments:
         found = hinge_shift(child.priors) if child.parent == segment.name else None
-        if found is None or found[0] not in prepared.markers(segment.name):
+        if found is None or found[0] not in names:
             continue
-        marker = prepared.of(segment.name)[:, prepared.markers(segment.name).index(found[0])]
+        m = names.index(found[0])
+        marker = prepared.of(segment.name)[:, m]
         ends = [prepared.track(name) for name in found[1].toward]
         known = [end for end in ends if end is not None]
         if len(known) == len(ends):
             below = np.mean(known, axis=0) - marker
-            return inward(marker - joint, below, found[1], task.size).direction
+            way = inward(marker - joint, below, found[1], task.size)
+            return Plane(m, way.direction, way.covariance, found[1].plane)
     return None

@@ -169,6 +169,58 @@ def by_line(points: Array, guide: int, posed: Posed, link: Link) -> Posed:
     return Posed(pose, places, joint)
 
 
+def by_swing(marker: Array, track: Array, parent: Pose, distance: float) -> Posed:
+    """One marker without an axis: turned from the parent by the shortest way to the line from joint to marker.
+
+    Nothing is seen of the turn about that line; of all ways to draw the frame, this one turns about it least.
+
+    Args:
+        marker: (frames, 3), metres, the segment's origin.
+        track: (frames, 3), its joint, metres.
+        parent: the parent's pose.
+        distance: from joint to marker, metres.
+
+    Example:
+        An arm that is raised to the side: its own turn is that of the raising.
+
+        >>> import numpy as np
+        >>> chest = Pose(np.tile(np.eye(3), (3, 1, 1)), np.zeros((3, 3)))
+        >>> angle = np.radians([-45.0, 0.0, 45.0])
+        >>> elbow = np.stack([np.sin(angle), 0 * angle, -np.cos(angle)], axis=1)
+        >>> arm = by_swing(elbow, np.zeros((3, 3)), chest, 1.0)
+        >>> arm.pose.to_lab(arm.joint).round(9).tolist()[0], np.ptp(arm.pose.rotation[:, 1], axis=0).round(9).tolist()
+        ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    """
+    back = np.einsum("fji,fj->fi", parent.rotation, track - marker)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        back = back / np.linalg.norm(back, axis=1, keepdims=True)
+    place, joint = np.zeros((1, 3)), np.array([distance, 0.0, 0.0])
+    seen = np.isfinite(back[:, 0])
+    if not seen.any():
+        unknown = Pose(np.full_like(parent.rotation, np.nan), np.full_like(marker, np.nan))
+        return Posed(unknown, place, joint)
+    first = _frame_along(back[seen].mean(axis=0))
+    rotation = parent.rotation @ _shortest(first[:, 0], back) @ first
+    return Posed(Pose(rotation, np.where(seen[:, None], marker, np.nan)), place, joint)
+
+
+def _frame_along(direction: Array) -> Array:
+    """(3, 3): a rotation whose first column has a direction (3,)."""
+    other = np.eye(3)[np.abs(direction).argmin()]
+    columns, signs = np.linalg.qr(np.stack([direction, other, np.cross(direction, other)], axis=1))
+    return np.asarray(columns * np.where(np.diag(signs) < 0, -1.0, 1.0))
+
+
+def _shortest(start: Array, ends: Array) -> Array:
+    """(N, 3, 3): the smallest turns of a unit vector (3,) to others (N, 3); NaN for half a turn, which has no way."""
+    axis, cosine = np.cross(start, ends), ends @ start
+    cross = np.zeros((len(ends), 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        cross[:, i, j], cross[:, j, i] = -axis[:, k], axis[:, k]
+    share = np.where(cosine > -1.0, 1.0 / np.maximum(1.0 + cosine, 1e-12), np.nan)
+    return np.asarray(np.eye(3) + cross + share[:, None, None] * (cross @ cross))
+
+
 def turned_with(parent: Pose, marker: Array, track: Array) -> Posed:
     """A segment that turns with its parent: where its one marker is too near to its joint to show a turn.
 

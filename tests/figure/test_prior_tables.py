@@ -151,6 +151,12 @@ markers = ["d"]
                 ("by = 0.1", "a shift has one direction: line, across or hinge"),
                 ('line = ["a", "b"], hinge = 1, by = 0.1', "a shift has one direction"),
                 ("hinge = 2", "hinge is 1 or -1, not 2"),
+                (
+                    'hinge = 1, by = 0.1, toward = ["d"], plane = 1',
+                    "plane: true or false is needed",
+                ),
+                ('line = ["a", "b"], plane = true', "plane is for a shift along a hinge"),
+                ('hinge = 1, by = 0.1, toward = ["d"], hanging = ["a"]', "hanging is 2 landmarks"),
                 ("hinge = true", "hinge is 1 or -1, not True"),
                 ("hinge = 1, by = 0.1", "a shift along a hinge needs markers of the child"),
                 ('hinge = 1, toward = ["d"]', "a shift along a hinge needs its length in metres"),
@@ -226,5 +232,6 @@ def test_a_figure_in_own_names_has_them_in_every_step_of_its_priors():
                     *shift.toward,
                     *shift.upper,
                     *shift.straight,
+                    *shift.hanging,
                 }
             assert not held & names, segment.name

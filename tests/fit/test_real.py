@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from mocap_skel import associate, fit_skeleton, read_association, read_clip
+from mocap_skel import associate, fit_skeleton, joint_angles, read_association, read_clip
 from mocap_skel.segments.pose import least_squares_pose
 
 pytestmark = pytest.mark.real
@@ -85,6 +85,14 @@ def test_two_subjects_are_two_skeletons(shared_clips):
     assert clip.unit == "m"
     for fit in both:
         assert sum(j.fitted for j in fit.joints) == 14
+        # In a serve the upper arm turns far about its length under its skin. The forearm shows it: an elbow has no
+        # other way than to bend. By its own markers, its carrying angle was up to 70 degrees, and gimbal lock.
+        assert any(note.startswith("UpperRightArm turns about its length") for note in fit.notes)
+        elbow = joint_angles(fit)["RightElbow"]
+        flexion, carrying, _ = np.nanpercentile(elbow.degrees, [1, 99], axis=0).T
+        assert np.abs(carrying).max() < 15
+        assert flexion[0] > 0 and 100 < flexion[1] < 120
+        assert not elbow.locked.any()
 
 
 @pytest.mark.parametrize(
@@ -108,3 +116,14 @@ def test_every_clip_runs_and_its_numbers_are_sane(shared_clips, clip, associatio
             rotation = rotation[np.isfinite(rotation[:, 0, 0])]
             turned = rotation @ rotation.transpose(0, 2, 1)
             np.testing.assert_allclose(turned, np.broadcast_to(np.eye(3), turned.shape), atol=1e-12)
+
+
+def test_elbows_of_a_walk_are_known_by_the_measured_width(shared_clips):
+    """A child with the width of the elbows in the file, whose arms hang: the depth is the width's, and motion adds none."""
+    _, (fit,) = fits(shared_clips / "plug_in_gait" / "HC055A01.c3d", "plug_in_gait")
+    clip = read_clip(shared_clips / "plug_in_gait" / "HC055A01.c3d")
+    for side in ("Left", "Right"):
+        track = next(j.track for j in fit.joints if j.joint == f"{side}Elbow")
+        inward = track - clip.points[:, clip.labels.index(f"{side[0]}ELB")]
+        half = (clip.measures[f"{side.lower()}_elbow_width"] + clip.measures["marker_diameter"]) / 2
+        assert np.nanmedian(np.linalg.norm(inward, axis=1)) == pytest.approx(half, abs=0.003)
