@@ -31,20 +31,20 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     from mocap_skel.results.marker_check import check_association
     from mocap_skel.text import visible
 
-    read, job = looked_at(clip, told)
-    named = job.named(read)
-    if job.association is None:
-        warn(f"{clip}: {named.notes[-1]}")
-    # A part of the body is a subject that the call need not know.
-    subject = None if len(named.associations) > 1 else told["subject"]
-    pairs = [(a, x) for a in named.associations for x in associate(named.clip, a, subject)]
-    for association, assignment in pairs:
-        check = check_association(named.clip, assignment, association.skeleton)
-        if as_json:
-            for one in check.markers:
-                say(json.dumps(check_row(one, str(clip)), allow_nan=False))
-        else:
-            say(check_table(check, visible(str(clip))))
-        for note in assignment.mismatches(association):
-            warn(f"{clip}: {note}")
+    with looked_at(clip, told) as (read, job):
+        named = job.named(read)
+        if job.association is None:
+            warn(f"{clip}: {named.notes[-1]}")
+        # A part of the body is a subject that the call need not know.
+        subject = None if len(named.associations) > 1 else told["subject"]
+        pairs = [(a, x) for a in named.associations for x in associate(named.clip, a, subject)]
+        for association, assignment in pairs:
+            check = check_association(named.clip, assignment, association.skeleton)
+            if as_json:
+                for one in check.markers:
+                    say(json.dumps(check_row(one, str(clip)), allow_nan=False))
+            else:
+                say(check_table(check, visible(str(clip))))
+            for note in assignment.mismatches(association):
+                warn(f"{clip}: {note}")
     return 0

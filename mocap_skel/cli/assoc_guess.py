@@ -86,12 +86,12 @@ def guess(
     check_free(paths, overwrite, [clip])
     with limited(clip):
         read = read_clip(clip, unit=unit, rate=rate, salvage=salvage, mirror=mirror, up=clip_up)
-    read = with_subjects(read)
-    check_subject(read, subject)
-    if by_motion:
-        texts, rows, note = _by_motion(read, subject, paths)
-    else:
-        texts, rows, note = _by_names(read, subject, how)
+        read = with_subjects(read)
+        check_subject(read, subject)
+        if by_motion:
+            texts, rows, note = _by_motion(read, subject, paths)
+        else:
+            texts, rows, note = _by_names(read, subject, how)
     if paths:
         write_all(dict(zip(paths, texts, strict=True)), overwrite, [clip])
     if as_json:

@@ -37,8 +37,10 @@ def command(clip: Path, output: Path, overwrite: bool, quiet: bool, **told: Unpa
 
     inputs = [clip, *(Path(n) for n in (told["association"], told["skeleton"]) if n)]
     check_free([output], overwrite, inputs)
-    read, start = page_start(*looked_at(clip, told), told["skeleton"])
-    write_all({output: assoc_page(read, start)}, overwrite, inputs)
+    with looked_at(clip, told) as (found, job):
+        read, start = page_start(found, job, told["skeleton"])
+        page = assoc_page(read, start)
+    write_all({output: page}, overwrite, inputs)
     say(wrote([output]))
     if not quiet:
         warn(f"{clip}: {start.said}")

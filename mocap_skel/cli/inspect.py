@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
@@ -38,31 +37,27 @@ def command(clip: Path, as_json: bool, **told: Unpack[Looked]) -> int:
     from mocap_skel.results.upright import upright, upright_by_names
 
     subject = told["subject"]
-    read, job = looked_at(clip, told)
-    read = with_subjects(read, job.association)
-    check_subject(read, subject)
     matched: list[Assignment] = []
     mismatches: list[str] = []
-    try:
-        named = job.named(read)
-        for association in named.associations:
+    with looked_at(clip, told) as (found, job):
+        try:
+            named = job.named(found)
+        except (CallError, ClipError) as error:  # nothing matches, and this is the place to see why
+            read = with_subjects(found, job.association)
+            check_subject(read, subject)
+            mismatches = [error.message]
+            read = upright_by_names(read, subject)
+        else:
             parts = len(named.associations) > 1
-            found = associate(named.clip, association, None if parts else subject)
-            matched += found
-            if job.association is not None:
-                mismatches += [note for one in found for note in one.mismatches(association)]
-        decided = named.notes
-    except (CallError, ClipError) as error:  # nothing matches, and this is the place to see why
-        mismatches = [error.message]
-        decided = read.notes
-        read = upright_by_names(read, subject)
-    else:
-        # The coordinates stay; only the labels of trajectories that stand twice may be others.
-        figure = named.association.skeleton
-        read = upright(replace(read, labels=named.clip.labels), matched, figure)
-    mismatches += [note for note in decided if note not in read.notes]
-    warnings = [f"warning: {words}" for words in _sizes(read, matched, subject)]
-    rows = [row for row in marker_rows(read, matched) if subject in (None, row["subject"])]
+            for association in named.associations:
+                own = associate(named.clip, association, None if parts else subject)
+                matched += own
+                if job.association is not None:
+                    mismatches += [note for one in own for note in one.mismatches(association)]
+            read = upright(named.whole, matched, named.association.skeleton)
+            mismatches += [note for note in named.notes if note not in read.notes]
+        warnings = [f"warning: {words}" for words in _sizes(read, matched, subject)]
+        rows = [row for row in marker_rows(read, matched) if subject in (None, row["subject"])]
     if as_json:
         say(
             json.dumps(

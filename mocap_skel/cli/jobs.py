@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
@@ -44,12 +45,15 @@ class Told(Looked):
     static: NotRequired[Path | None]
 
 
-def looked_at(path: Path, told: Looked) -> tuple[Clip, Job]:
+@contextmanager
+def looked_at(path: Path, told: Looked) -> Iterator[tuple[Clip, Job]]:
     """Read a clip for a command that fits nothing, and make the job that names its markers.
+
+    What is done with them inside `with` may take no more memory than a clip may.
 
     Raises:
         AssociationError, SkeletonError: there is no such file, or it is wrong.
-        ClipError: the clip cannot be read.
+        ClipError: the clip cannot be read, or needs too much memory.
     """
     from mocap_skel.figure.skeleton import read_skeleton
     from mocap_skel.labels.association import read_association
@@ -64,7 +68,7 @@ def looked_at(path: Path, told: Looked) -> tuple[Clip, Job]:
         salvage=told["salvage"], mirror=told["mirror"], clip_up=told["clip_up"], figure=figure,
     )  # fmt: skip
     with limited(path):
-        return job.read(path), job
+        yield job.read(path), job
 
 
 def job_of(told: Told, clips: Iterable[Path], **more: Any) -> Job:

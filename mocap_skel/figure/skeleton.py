@@ -24,6 +24,8 @@ from mocap_skel.text import listed, nearest, parse_toml, printable, read_text
 
 SHIPPED = Path(__file__).parent / "skeletons"
 STANDARD = "human"
+# Markers that a root's pose needs.
+LEAST_ON_ROOT = 3
 SEGMENT_KEYS = {
     "name", "parent", "joint", "markers", "ends", "prior", "looseness", "movement", "freedom",
     "sole", *REST_KEYS,

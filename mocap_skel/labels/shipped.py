@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.clip import Clip
+from mocap_skel.figure.skeleton import LEAST_ON_ROOT
 from mocap_skel.labels.association import SHIPPED, Association, Rule, read_association
 from mocap_skel.labels.guess.motion import Verdict, weigh
 from mocap_skel.labels.guess.names import HIGH, NameGuess
 from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
-
-# Markers that a root's pose needs.
-LEAST_ON_ROOT = 3
 
 
 @dataclass(frozen=True)

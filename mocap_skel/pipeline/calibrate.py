@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_skel.clip import Clip
-from mocap_skel.errors import CallError, FitError, MocapSkelError
+from mocap_skel.errors import CallError, ClipError, FitError, MocapSkelError
 from mocap_skel.figure.skeleton import Skeleton
 from mocap_skel.joints.calibration import (
     Calibrated,
@@ -105,7 +105,7 @@ def _calibrated(
     evidence: dict[str, ClipEvidence] = {}
     called: dict[str, str] = {}
     usable: list[tuple[str, Clip, Assignment]] = []
-    first: FitError | None = None
+    first: MocapSkelError | None = None
     names = _short_names([clip.name for clip, _ in clips])
     for clip, assignment in clips:
         digest = digest_of(clip, assignment.subject)
@@ -113,8 +113,8 @@ def _calibrated(
             raise CallError(f"{clip.name} is the same recording as {called[digest]}")
         called[digest] = names[clip.name]
         try:
-            fits[digest] = job.fit(clip, assignment)
-        except FitError as error:
+            fits[digest] = _fitted(job, clip, assignment)
+        except (ClipError, FitError) as error:
             failed.append(error)
             first = first or error
             continue
@@ -128,7 +128,7 @@ def _calibrated(
         # By digest, so that sums over clips round alike whatever their order in the call.
         together = Calibration(skeleton, tuple(evidence[d] for d in sorted(evidence)))
         for digest, clip, assignment in usable:
-            fits[digest] = replace(job, calibration=together).fit(clip, assignment)
+            fits[digest] = _fitted(replace(job, calibration=together), clip, assignment)
         evidence = {d: _known(fits[d], d, called) for d, _, _ in usable}
     for digest, _, _ in usable:
         notes += [f"{called[digest]}: {note}" for note in fits[digest].notes]
@@ -139,6 +139,12 @@ def _calibrated(
         if segment.joint and (found := _joint(segment.joint, fits, called)) is not None
     ]
     return Calibrated(calibration, tuple(joints), tuple(dict.fromkeys(notes)), tuple(failed))
+
+
+def _fitted(job: Job, clip: Clip, assignment: Assignment) -> SkeletonFit:
+    """The clip's fit, in no more memory than the clip may take."""
+    with limited(Path(clip.name)):
+        return job.fit(clip, assignment)
 
 
 def _check_one_person(bodies: list[Body]) -> None:

@@ -16,7 +16,7 @@ from mocap_skel.export.files import stage_all
 from mocap_skel.pipeline.clip_files import render
 from mocap_skel.pipeline.isolation import TaskError, Worker, first_ready, most_overdue
 from mocap_skel.pipeline.job import Job
-from mocap_skel.pipeline.limits import memory_for, size_of
+from mocap_skel.pipeline.limits import bytes_of, memory_for
 from mocap_skel.pipeline.telling import Manner, told
 from mocap_skel.results.tables import joint_rows
 
@@ -157,7 +157,7 @@ def begin(worker: Worker, task: Task, folder: Path | None = None) -> None:
 
 def seconds_for(path: Path) -> float:
     """Seconds that the clip in a file may take in a child."""
-    return SECONDS + SECONDS_PER_BYTE * size_of(path)
+    return SECONDS + SECONDS_PER_BYTE * bytes_of(path)
 
 
 def result_of(worker: Worker, task: Task) -> Answer | Exception:

@@ -19,7 +19,7 @@ MEMORY, MEMORY_PER_BYTE = 2 * GIGABYTE, 20.0
 _NO_ROOM = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory")
 
 
-def size_of(path: Path) -> int:
+def bytes_of(path: Path) -> int:
     """Bytes of a file, 0 where there is none."""
     try:
         return path.stat().st_size
@@ -29,7 +29,7 @@ def size_of(path: Path) -> int:
 
 def memory_for(path: Path) -> int:
     """Bytes that the work on a clip may take."""
-    return max(MEMORY, int(MEMORY_PER_BYTE * size_of(path)))
+    return max(MEMORY, int(MEMORY_PER_BYTE * bytes_of(path)))
 
 
 @contextmanager

@@ -88,9 +88,13 @@ def name_markers(
         parts = () if figure is not None else _parts(clip, association, subject)
         if not parts:
             return Named(clip, clip, (association,), clip.notes)
+        from mocap_skel.labels.guess.missing import one_segment
+
         shown = listed(part.skeleton.name for part in parts)
         root = association.skeleton.root.name
         note = f"the clip shows no three markers of {root}: of the figure {shown}"
+        if alone := one_segment([part.skeleton for part in parts]):
+            note += f": {alone}"
         return _named(clip, subject, parts, note, None)
     told = with_right_doubles(clip, _segments_by_name(clip))
     associations, note, guess = _guessed(told, subject, figure, strict, how)
@@ -210,7 +214,7 @@ def _guessed(
         CallError: neither is sure.
     """
     from mocap_skel.labels.guess import check_sure, doubts, guess_association, in_words
-    from mocap_skel.labels.guess.missing import what_is_missing
+    from mocap_skel.labels.guess.missing import LEAST, one_segment, what_is_missing
 
     guess, trouble = None, None
     try:
@@ -235,7 +239,18 @@ def _guessed(
         raise trouble
     assert guess is not None, "there is no trouble"
     said = f"no --assoc, so it is guessed from names and motion: {in_words(guess)}"
-    return guess.associations(), f"{said}{doubts(guess)}", guess
+    associations = guess.associations()
+    alone = "" if figure is not None else one_segment([a.skeleton for a in associations])
+    if alone and placed >= LEAST:
+        name = associations[0].skeleton.name
+        raise CallError(
+            f"{clip.name}: no figure to fit: {placed} of its {len(clip.labels)} points are on the {name}, "
+            f"as on a face: they show {alone}",
+            f"--skeleton {name} fits that all the same",
+        )
+    if alone:
+        said += f": {alone}"
+    return associations, f"{said}{doubts(guess)}", guess
 
 
 def knows_more(best: Match, placed: int, may_be: int, clip: Clip, subject: str | None) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError
+from mocap_skel.labels.association import check_subject
 from mocap_skel.labels.subjects import with_subjects
 from mocap_skel.pipeline.job import Job
 from mocap_skel.results.assoc_start import Start, start_from_file, start_from_guess
@@ -33,12 +34,13 @@ def page_start(clip: Clip, job: Job, figure: str | None = None) -> tuple[Clip, S
     >>> start.said, len(start.columns)
     ('41 of 41 labels placed (41 high, 0 likely)', 41)
     """
-    clip = with_subjects(clip, job.association)
     try:
         named = job.named(clip)
     except CallError:
         if job.association is not None:
             raise
+        clip = with_subjects(clip)
+        check_subject(clip, job.subject)
         clip = upright_by_names(clip, job.subject)
         return clip, start_from_guess(clip, figure, job.subject, job.how)
     clip = upright_by_names(named.whole, job.subject)

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from mocap_skel.clip import UPS, Clip
 from mocap_skel.errors import CallError, ClipError
 from mocap_skel.readers.events import events
+from mocap_skel.readers.filled import FILLED, filled
 from mocap_skel.readers.markers import UNLABELLED, doubles, markers, names_and_subjects, told_apart
 from mocap_skel.readers.raw import FARTHEST, FASTEST, SLOWEST, RawClip
-from mocap_skel.readers.repeated import repeated, sentences
+from mocap_skel.readers.repeated import REPEATED, repeated, sentences
 from mocap_skel.readers.two_scales import second_scale
 from mocap_skel.readers.units import SIGN_OF, scale
 from mocap_skel.text import counted, listed, printable
@@ -65,7 +66,9 @@ def clean(
     points = np.take(raw.points, keep, axis=1)
     points[_missing(points, raw, salvage, notes)] = np.nan
     hertz = _rate(raw, name, rate)
-    _leave_out_repeated(points, labels, subjects, hertz, raw.first_frame, notes)
+    whose = [f"{s}:{x}" if s else x for x, s in zip(labels, subjects, strict=True)]
+    again = repeated(points, subjects, hertz)
+    _leave_out(again, REPEATED, points, whose, raw.first_frame, notes)
     if not np.isfinite(points).any():
         raise ClipError("every marker is missing in every frame")
     points *= second_scale(points, unit, raw, notes)
@@ -75,6 +78,8 @@ def clean(
         notes.append("the file has the measures of one person, and several in it: not used")
         measures = {}
     points *= metres
+    fill = filled(points, subjects, hertz)
+    _leave_out(fill, FILLED, points, whose, raw.first_frame, notes)
     upward, said_by = _up(raw, up, notes)
     zero = min(1, raw.first_frame) if raw.zero_frame is None else raw.zero_frame
     moments = events(raw.events, hertz, raw.first_frame, frames, notes)
@@ -120,20 +125,18 @@ def _missing(
     return np.asarray(missing | far)
 
 
-def _leave_out_repeated(
+def _leave_out(
+    out: NDArray[np.bool_] | None,
+    kind: tuple[str, str],
     points: NDArray[np.float64],
-    labels: list[str],
-    subjects: list[str],
-    rate: float,
+    names: list[str],
     first_frame: int,
     notes: list[str],
 ) -> None:
-    """Samples (frames, markers, 3) that repeat while the others move become missing; a note says which."""
-    out = repeated(points, subjects, rate)
+    """Samples (frames, markers) that nobody measured become missing in (frames, markers, 3); a note says which."""
     if out is not None:
         seen = int(np.isfinite(points[..., 0]).sum())
-        names = [f"{s}:{x}" if s else x for x, s in zip(labels, subjects, strict=True)]
-        notes += sentences(out, names, seen, first_frame)
+        notes += sentences(out, names, seen, first_frame, kind)
         points[out] = np.nan
 
 

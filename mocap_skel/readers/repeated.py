@@ -32,15 +32,15 @@ _LONG_LINE = 0.2
 # Expected number of such stretches in a clip whose samples repeat by chance.
 _CHANCE = 1e-6
 # Markers whose distances tell whether a marker is where it should be.
-_MATES = 3
+MATES = 3
 # Robust standard deviations, and share of itself, that a distance may be off its median.
-_SPREADS, _SMALL = 6.0, 0.05
+SPREADS, _SMALL = 6.0, 0.05
 # Share of the others' way that a marker of a body goes at least: one on the floor or on a plate goes none.
 _TRAVELS = 0.1
 # Steps that a marker does not make: so many times its usual one.
 _JUMP = 5.0
 # Frames that tell a distance well enough.
-_FRAMES = 200
+FRAMES = 200
 # Markers that get a note of their own.
 _NOTED = 8
 
@@ -80,7 +80,7 @@ def repeated(points: Array, subjects: Sequence[str], rate: float) -> Mask | None
     120 149 {2}
     """
     frames, count = points.shape[:2]
-    if frames < _SHORTEST or count < _MATES:
+    if frames < _SHORTEST or count < MATES:
         return None
     line = _on_a_line(points)
     if line is None:
@@ -109,20 +109,29 @@ def repeated(points: Array, subjects: Sequence[str], rate: float) -> Mask | None
     return out if out.any() else None
 
 
-def sentences(out: Mask, labels: Sequence[str], seen: int, first_frame: int) -> list[str]:
+REPEATED = (
+    "repeated",
+    "samples that repeat their place, or run on a straight line, while other markers move",
+)
+"""What such samples are called, in a word and in words."""
+
+
+def sentences(
+    out: Mask, labels: Sequence[str], seen: int, first_frame: int, kind: tuple[str, str] = REPEATED
+) -> list[str]:
     """How many samples count as missing, and a sentence for each of the markers with the most.
 
     Args:
-        out: (frames, markers), from `repeated`.
+        out: (frames, markers), from `repeated` or `filled`.
         labels: one a marker.
         seen: samples in all.
         first_frame: the file's own number of the first frame.
+        kind: what the samples are called.
     """
     total = out.sum(axis=0)
     order = np.argsort(-total, kind="stable")[: np.count_nonzero(total)].tolist()
     text = [
-        "samples that repeat their place, or run on a straight line, while other markers move, count as "
-        f"missing: {total.sum()} of {seen} ({100 * total.sum() / seen:.2g} %)"
+        f"{kind[1]}, count as missing: {total.sum()} of {seen} ({100 * total.sum() / seen:.2g} %)"
     ]
     for marker in order[:_NOTED]:
         at = np.flatnonzero(out[:, marker])
@@ -130,9 +139,9 @@ def sentences(out: Mask, labels: Sequence[str], seen: int, first_frame: int) -> 
         where = f"frames {at[0] + first_frame}-{at[-1] + first_frame}"
         if stretches > 1:
             where += f" ({stretches} stretches)"
-        text.append(f"{labels[marker]}: {counted(len(at), 'repeated sample')} in {where}")
+        text.append(f"{labels[marker]}: {counted(len(at), f'{kind[0]} sample')} in {where}")
     if len(order) > _NOTED:
-        text.append(f"repeated samples also of {listed(labels[m] for m in order[_NOTED:])}")
+        text.append(f"{kind[0]} samples also of {listed(labels[m] for m in order[_NOTED:])}")
     return text
 
 
@@ -207,13 +216,13 @@ class _Body:
         mates[one.marker] = False
         others = np.flatnonzero(mates)
         still = self.on_line[one.last - 1, others] - self.on_line[one.first, others]
-        if len(others) < _MATES or 2 * (2 * still > one.length).sum() >= len(others):
+        if len(others) < MATES or 2 * (2 * still > one.length).sum() >= len(others):
             return False
         if one.filler:
             return True
         outside = np.isfinite(self.points[:, one.marker, 0])
         outside[one.first : one.last + 1] = False
-        if outside.sum() < 2 or not _travels(self.points[outside], one.marker, others):
+        if outside.sum() < 2 or not travels(self.points[outside], one.marker, others):
             return False
         alone = not self.coarse and one.length >= _ALONE
         return alone or _out_of_place(one, self.points, others, outside)
@@ -226,9 +235,9 @@ def _sums(mask: Mask) -> NDArray[np.int32]:
     return sums
 
 
-def _travels(points: Array, marker: int, others: NDArray[np.intp]) -> bool:
+def travels(points: Array, marker: int, others: NDArray[np.intp]) -> bool:
     """Whether a marker goes as far as those of the body, or nearly: then it is no marker of the floor."""
-    points = points[:: 1 + len(points) // _FRAMES]
+    points = points[:: 1 + len(points) // FRAMES]
     ways = np.fmax.reduce(points, axis=0) - np.fmin.reduce(points, axis=0)
     length = np.sqrt((ways**2).sum(axis=1))
     known = length[others][np.isfinite(length[others])]
@@ -238,26 +247,26 @@ def _travels(points: Array, marker: int, others: NDArray[np.intp]) -> bool:
 def _out_of_place(one: _Stretch, points: Array, others: NDArray[np.intp], outside: Mask) -> bool:
     """Whether the distances to the nearest markers are what they never are outside the stretch."""
     frames = np.flatnonzero(outside)
-    frames = frames[:: 1 + len(frames) // _FRAMES]
+    frames = frames[:: 1 + len(frames) // FRAMES]
     inside = np.arange(one.first, one.last + 1)
-    inside = inside[:: 1 + len(inside) // _FRAMES]
-    usual = _distances(points, one.marker, others, frames)
+    inside = inside[:: 1 + len(inside) // FRAMES]
+    usual = distances(points, one.marker, others, frames)
     enough = np.isfinite(usual).sum(axis=0) >= min(_SHORTEST, len(frames))
-    if enough.sum() < _MATES:
+    if enough.sum() < MATES:
         return False
     usual, others = usual[:, enough], others[enough]
-    middle = _median(usual)
-    nearest = np.argsort(middle)[:_MATES]
+    middle = median(usual)
+    nearest = np.argsort(middle)[:MATES]
     middle, usual = middle[nearest], usual[:, nearest]
-    spread = 1.4826 * _median(np.abs(usual - middle))
-    limit = np.maximum(_SPREADS * spread, _SMALL * middle) + _MATES * _resolution(
+    spread = 1.4826 * median(np.abs(usual - middle))
+    limit = np.maximum(SPREADS * spread, _SMALL * middle) + MATES * _resolution(
         points, one, outside
     )
-    off = np.abs(_distances(points, one.marker, others[nearest], inside) - middle) > limit
-    return int(off.any(axis=0).sum()) > _MATES / 2
+    off = np.abs(distances(points, one.marker, others[nearest], inside) - middle) > limit
+    return int(off.any(axis=0).sum()) > MATES / 2
 
 
-def _median(values: Array) -> Array:
+def median(values: Array) -> Array:
     """(columns,), of what is known in each. `np.nanmedian` takes ten times as long."""
     values = np.sort(values, axis=0)
     known, column = np.isfinite(values).sum(axis=0), np.arange(values.shape[1])
@@ -270,9 +279,10 @@ def _resolution(points: Array, one: _Stretch, outside: Mask) -> float:
     return float(np.min(steps, where=steps > 0, initial=np.inf)) if (steps > 0).any() else 0.0
 
 
-def _distances(
+def distances(
     points: Array, marker: int, others: NDArray[np.intp], frames: NDArray[np.intp]
 ) -> Array:
+    """(frames, others): how far a marker is from others, in the unit of the points."""
     apart = points[np.ix_(frames, others)] - points[frames, marker][:, None]
     return np.asarray(np.sqrt(np.einsum("fmi,fmi->fm", apart, apart)))
 

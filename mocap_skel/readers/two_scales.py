@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap_skel.readers.raw import RawClip
-from mocap_skel.readers.units import metres_in, size_of
+from mocap_skel.readers.units import extent_of, metres_in
 
 # Diagonal in metres of the box around a person's markers: sitting, up to a tall one with the arms stretched out.
 SMALLEST, LARGEST = 1.1, 2.9
@@ -30,7 +30,7 @@ def second_scale(
     if raw.rescale == 1:
         return 1.0
     metres = metres_in(raw.unit if unit is None else unit)
-    size = size_of(points)
+    size = extent_of(points)
     said = f"{raw.scale_names[0]} and {raw.scale_names[1]} differ"
     if metres is None or not size:
         notes.append(f"{said}: {raw.scale_names[0]} is taken, as nothing tells which is right")

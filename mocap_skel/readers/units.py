@@ -53,7 +53,7 @@ def scale(points: NDArray[np.float64], unit: str | None, raw: RawClip, notes: li
     stated = metres_in(said)
     if unit is not None and stated is None:
         raise CallError(f"{unit!r} is no length unit", "use mm, cm, dm, m, in or ft")
-    size = size_of(points)
+    size = extent_of(points)
     if stated is None:
         return _by_size(size, f"unit {said!r} is unknown" if said else "no unit in the file", notes)
     # From two markers of a finger to a football field.
@@ -81,7 +81,7 @@ def _by_size(size: float, why: str, notes: list[str]) -> float:
     return guess
 
 
-def size_of(points: NDArray[np.float64]) -> float:
+def extent_of(points: NDArray[np.float64]) -> float:
     """Median over frames, a few hundred of them, of the diagonal of the markers' bounding box."""
     seen = np.flatnonzero(np.isfinite(points[..., 0]).any(axis=1))
     some = points[seen[:: 1 + len(seen) // _FRAMES]]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import LabelError
-from mocap_skel.figure.skeleton import Skeleton
+from mocap_skel.figure.skeleton import LEAST_ON_ROOT, Skeleton
 from mocap_skel.segments.body_order import (
     Exchange,
     disorder,
@@ -22,9 +22,6 @@ from mocap_skel.text import listed
 
 # About so many frames tell it; more cost time and show nothing else.
 ENOUGH = 80
-
-# A root's pose needs so many markers.
-LEAST_ON_ROOT = 3
 
 Columns = Mapping[str, Mapping[str, int]]
 

@@ -193,6 +193,16 @@ def test_a_face_and_a_single_frame_say_what_is_missing():
     with pytest.raises(CallError, match="it has a single frame"):
         name_markers(replace(face, points=face.points[:1]), None)
     assert what_is_missing(CLIP) == "" == what_is_missing(unseen(CLIP, ["LFHD"]))
+    named = replace(face, labels=tuple(f"HEAD{n}" for n in range(1, 31)))
+    with pytest.raises(
+        CallError, match=r"30 of its 30 points are on the head, .* no joint"
+    ) as error:
+        name_markers(named, None)
+    assert error.value.hint.startswith("--skeleton head")
+    band = ["LFHD", "RFHD", "LBHD", "RBHD"]
+    few = replace(only(CLIP, "Head"), notes=())
+    assert sorted(few.labels) == sorted(band)
+    assert "and no joint: markers of a second segment" in name_markers(few, None).notes[-1]
 
 
 def test_parts_that_several_subjects_leave_out_are_named():

@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 from recordings import SAMPLES
 
+from mocap_skel.cli import main
 from mocap_skel.errors import ClipError
+from mocap_skel.labels import guess
 from mocap_skel.labels.association import read_association
-from mocap_skel.pipeline import clip_files, limits
+from mocap_skel.pipeline import clip_files, job, limits
 from mocap_skel.pipeline.clip_files import process
 from mocap_skel.pipeline.job import Job
 
@@ -35,6 +37,26 @@ def test_a_clip_by_itself_that_needs_too_much_is_one_line(clip, tmp_path, monkey
         process(clip, Job(read_association("cmu"), folder=tmp_path / "out"))
     assert resource.getrlimit(resource.RLIMIT_AS) == before
     assert not (tmp_path / "out").exists()
+
+
+def too_much(*_, **__):
+    return np.ones(limits.GIGABYTE, np.uint8)
+
+
+@pytest.mark.parametrize(
+    "words", [["inspect"], ["assoc", "check"], ["assoc", "guess"], ["calibrate", "--assoc", "cmu"]]
+)
+def test_the_limit_holds_while_markers_are_named_and_in_every_fit(clip, words, monkeypatch, capsys):
+    monkeypatch.setattr(limits, "MEMORY", limits.GIGABYTE // 2)
+    if words[0] == "calibrate":
+        monkeypatch.setattr(job, "fit_skeleton", too_much)
+        words = [*words, "-o", str(clip.with_name("out.json"))]
+    else:
+        monkeypatch.setattr(guess, "guess_association", too_much)
+    with pytest.raises(SystemExit, match="3"):
+        main([*words, str(clip)])
+    assert "clip.c3d: needs more than 0.5 GB of memory\n" in capsys.readouterr().err
+    assert list(clip.parent.iterdir()) == [clip]
 
 
 def test_the_limit_grows_with_the_file_and_ends_with_the_work(clip):

@@ -11,7 +11,7 @@ import numpy as np
 
 from mocap_skel.clip import Clip
 from mocap_skel.errors import CallError
-from mocap_skel.figure.skeleton import STANDARD, Skeleton, shipped_skeletons
+from mocap_skel.figure.skeleton import LEAST_ON_ROOT, STANDARD, Skeleton, shipped_skeletons
 from mocap_skel.labels.association import Association, Rule, check_subject
 from mocap_skel.labels.guess.dialects import dialects
 from mocap_skel.labels.guess.motion import MOVES, Verdict, weigh
@@ -24,7 +24,7 @@ from mocap_skel.labels.guess.names import (
     guess_names,
     meanings,
 )
-from mocap_skel.labels.guess.part import LEAST_ON_ROOT, begun, figures
+from mocap_skel.labels.guess.part import begun, figures
 from mocap_skel.labels.guess.pelvis import with_pelvis
 from mocap_skel.labels.guess.rigid import MOST, distances, most_seen
 from mocap_skel.labels.guess.running import crowd, nameless

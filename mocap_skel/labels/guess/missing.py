@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from mocap_skel.clip import Clip
+from mocap_skel.figure.skeleton import Skeleton
 from mocap_skel.labels.guess.rigid import distances
+from mocap_skel.text import listed
 
 # Metres: a face's markers change their distances less, and lie within a head.
 FACE, HEAD = 0.03, 0.35
@@ -34,3 +38,16 @@ def what_is_missing(clip: Clip) -> str:
                 "face, a head or one object: there are no segments that move against each other"
             )
     return ""
+
+
+def one_segment(skeletons: Sequence[Skeleton]) -> str:
+    """What figures of one segment each lack, "" where one has a joint.
+
+    >>> from mocap_skel.figure.skeleton import shipped_skeletons
+    >>> one_segment([shipped_skeletons()["human"]]), one_segment([shipped_skeletons()["head"]])
+    ('', 'the place and turn of Head, and no joint: markers of a second segment are missing')
+    """
+    if any(len(skeleton.segments) > 1 for skeleton in skeletons):
+        return ""
+    names = listed(skeleton.root.name for skeleton in skeletons)
+    return f"the place and turn of {names}, and no joint: markers of a second segment are missing"

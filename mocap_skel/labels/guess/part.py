@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from mocap_skel.figure.skeleton import Skeleton, shipped_skeletons
-
-# A root's pose needs so many markers.
-LEAST_ON_ROOT = 3
+from mocap_skel.figure.skeleton import LEAST_ON_ROOT, Skeleton, shipped_skeletons
 
 
 def figures(placed: Mapping[str, int], human: Skeleton) -> tuple[Skeleton, ...]:

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mocap_skel.figure.skeleton import LEAST_ON_ROOT
 from mocap_skel.labels.guess.motion import CLEARLY, MOVES, RIGID, SHOWN, STILL, Verdict
 from mocap_skel.labels.guess.names import HIGH, LIKELY, OPEN, UNSURE
-from mocap_skel.labels.guess.part import LEAST_ON_ROOT
 from mocap_skel.labels.guess.rigid import LEAST_FRAMES, Distances
 
 Array = NDArray[np.float64]
