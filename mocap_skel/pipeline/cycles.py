@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from mocap_skel.angles.joint_angles import joint_angles
@@ -106,11 +106,14 @@ def add_up(paths: Sequence[Path], job: Job, wanted: Wanted) -> Added:
     Where no clip has a cycle, nothing is written, and the failures say why.
 
     Raises:
-        CallError: files that are there already; matplotlib is not installed.
+        CallError: one clip twice; files that are there already; matplotlib is not installed.
         MocapSkelError: the static clip cannot be used, or the files cannot be written.
     """
     if wanted.kind:
         check_figures()
+    real = [path.resolve() for path in paths]
+    if twice := [path for path, file in zip(paths, real, strict=True) if real.count(file) > 1]:
+        raise CallError(f"{twice[0]}: given twice, and its cycles would count twice")
     check_free(wanted.files.values(), wanted.overwrite, job.inputs)
     notes: list[str] = []
     failed: list[Exception] = []
@@ -121,12 +124,18 @@ def add_up(paths: Sequence[Path], job: Job, wanted: Wanted) -> Added:
             continue
         shown.append(one)
         notes += [f"{path}: {note}" for note in dict.fromkeys(one.notes)]
-    cycles = [cycle for one in shown for cycle in one.cycles]
+    names = [one.path.name for one in shown]
+    cycles = [
+        # Of two clips of one name, the folder tells which is which.
+        replace(cycle, clip=visible(str(one.path))) if names.count(one.path.name) > 1 else cycle
+        for one in shown
+        for cycle in one.cycles
+    ]
     if not cycles:
         if shown:
-            names = listed((visible(one.path.name) for one in shown), 4)
+            called = listed((visible(name) for name in names), 4)
             reasons = listed(dict.fromkeys(one.why_none for one in shown), 4)
-            none = f"{names}: no gait cycle of {listed(wanted.joints)}: {reasons}"
+            none = f"{called}: no gait cycle of {listed(wanted.joints)}: {reasons}"
             failed.append(FitError(none))
         return Added((), (), tuple(notes), tuple(failed))
     means = mean_cycles(cycles)

@@ -93,6 +93,22 @@ def test_a_clip_without_a_cycle_does_not_keep_the_others(folder, tmp_path):
     assert {row["clip"] for row in rows(tmp_path / "Knee.cycles.each.csv")} == {"floor.c3d"}
 
 
+def test_clips_of_one_name_are_told_apart_and_one_given_twice_is_refused(folder, tmp_path):
+    own = [tmp_path / day / "walk.c3d" for day in ("monday", "friday")]
+    for path in own:
+        path.parent.mkdir()
+        path.write_bytes((folder / "floor.c3d").read_bytes())
+    rest = ("--assoc", "cmu", "-j", "Knee", "--picture", "none", "-q", "-o", tmp_path / "out")
+    done = call("cycles", *own, *rest, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[1].split()[3] == "2"
+    each = rows(tmp_path / "out" / "Knee.cycles.each.csv")
+    assert {row["clip"] for row in each} == {str(path) for path in own}
+    done = call("cycles", own[0], own[1], own[0], *rest[:-1], "other", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"{own[0]}: given twice" in done.stderr and not (tmp_path / "other").exists()
+
+
 def test_a_broken_clip_does_not_lose_the_others(folder, tmp_path):
     """Not one that is cut off, nor one that needs --subject; without any that can be used nothing is written."""
     cut, none = tmp_path / "cut.c3d", tmp_path / "none.c3d"
@@ -105,7 +121,8 @@ def test_a_broken_clip_does_not_lose_the_others(folder, tmp_path):
     assert done.stderr.endswith("mocap-skel: 2 of 3 clips failed\n")
     each = rows(tmp_path / "out" / "Knee.cycles.each.csv")
     assert {row["clip"] for row in each} == {"floor.c3d"}
-    for clips, code in (((*bad, none), 3), ((bad[1], bad[1]), 2), ((STILL, cut), 3)):
+    (tmp_path / "same.c3d").write_bytes(bad[1].read_bytes())
+    for clips, code in (((*bad, none), 3), ((bad[1], tmp_path / "same.c3d"), 2), ((STILL, cut), 3)):
         done = call("cycles", *clips, *rest[:-1], "other", cwd=tmp_path)
         assert (done.returncode, done.stdout) == (code, "")
         assert done.stderr.count("mocap-skel: error: ") == len(clips)

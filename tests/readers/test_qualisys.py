@@ -61,6 +61,17 @@ def test_zeros_decimal_commas_and_line_ends(tmp_path):
     np.testing.assert_allclose(clip.points, rounded(FILE) * 1e-3)
 
 
+def test_its_events_are_read(tmp_path):
+    lines = "EVENT\tLeft heel strike\t7\t0,03\nEVENT\tright toe off\t15\t0.07\n"
+    text = qualisys(FILE, frame=True).replace("MARKER_NAMES", lines + "MARKER_NAMES")
+    clip = reads(tmp_path / "walk.tsv", text)
+    assert [(e.frame, e.time, e.side, e.foot) for e in clip.events] == [
+        (7, 0.03, "left", "strike"), (15, 0.07, "right", "off"),
+    ]  # fmt: skip
+    clip = reads(tmp_path / "walk.tsv", text.replace("0.07", "soon"))
+    assert len(clip.events) == 1 and clip.notes == ("events that cannot be read: 1 of 2",)
+
+
 def test_what_it_refuses(tmp_path):
     path = tmp_path / "walk.tsv"
     path.write_text(qualisys(FILE, before={"DATA_INCLUDED": ["6D"]}))

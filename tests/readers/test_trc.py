@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 
 import numpy as np
 import pytest
@@ -70,13 +71,26 @@ def test_names_with_umlauts_in_any_encoding(path, encoding):
 @pytest.mark.parametrize("sep", ["\t", ";"])
 def test_decimal_commas(path, sep):
     file = FILE.but(sep=sep, comma=True)
-    reads(path, trc(file, rate="100,00"), file)
+    text = trc(file, rate="100,00")
+    reads(path, text, file)
+    # With exponents, as MATLAB writes them.
+    head = text.index("\n1" + sep)
+    reads(path, text[:head] + re.sub(r"(,\d+)", r"\1E+00", text[head:]), file)
 
 
 def test_blanks_part_the_cells_of_a_file_without_gaps(path):
     file = FILE.but(points=np.nan_to_num(FILE.points, nan=7.0), sep=" ")
     text = trc(file, names=file.labels)
     reads(path, text, file)
+    # Of a row with gaps, nothing tells which marker is missing: the next would take its place.
+    path.write_text(trc(FILE.but(sep=" "), names=FILE.labels))
+    with pytest.raises(
+        ClipError, match="columns; blanks part them, so nothing tells which are missing"
+    ):
+        read_clip(path)
+    clip, whole = read_clip(path, salvage=True), np.isfinite(FILE.points).all(axis=(1, 2))
+    assert np.isnan(clip.points[~whole]).all()
+    np.testing.assert_allclose(clip.points[whole], rounded(FILE)[whole] / 1000)
 
 
 @pytest.mark.parametrize("word", ["NaN", "nan", "NULL", "-nan(ind)", "N/A", "#N/A", "--", " "])

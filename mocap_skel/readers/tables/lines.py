@@ -58,9 +58,10 @@ def whole_rows(
     broken = short & ~_at_whole_points(count, layout)
     if broken.any() and not salvage:
         first = int(np.flatnonzero(broken)[0])
+        why = "; blanks part them, so nothing tells which are missing"
         raise ClipError(
             f"line {lines[first]}: {counted(int(count[first]), 'cell')} where the header has "
-            f"{counted(layout.width, 'column')}",
+            f"{counted(layout.width, 'column')}{why if layout.delimiter == ' ' else ''}",
             SALVAGE,
         )
     short &= ~broken
@@ -158,8 +159,9 @@ def _at_whole_points(count: NDArray[np.int64], layout: Layout) -> NDArray[np.boo
         for width in widths.tolist()
         if all(place < width for place in aside)
         and not ((first < width) & (last >= width)).any()
-        # Of a file without either, a short row may lack anything.
+        # Of a file without either, a short row may lack anything; so may one in which blanks part the cells.
         and aside
+        and layout.delimiter != " "
     ]
     return np.isin(count, fine)
 

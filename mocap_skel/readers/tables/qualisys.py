@@ -1,19 +1,22 @@
 """TSV files of Qualisys Track Manager.
 
 Format: QTM documentation, Motion data (.tsv). Lines of a word and its values stand before the rows; a row has x, y, z of
-each marker in mm, and before them the frame and its time if those were asked for. QTM's z is up unless told otherwise.
+each marker in mm, and before them the frame and its time if those were asked for. A line EVENT has the name of a moment,
+its frame and its time. QTM's z is up unless told otherwise.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from mocap_skel.errors import ClipError
-from mocap_skel.readers.raw import RawClip
+from mocap_skel.readers.raw import RawClip, RawEvent
 from mocap_skel.readers.tables.layout import Layout
 from mocap_skel.readers.tables.raw_table import raw_table
 from mocap_skel.readers.tables.source import (
@@ -44,12 +47,15 @@ def read_qualisys(path: Path, salvage: bool) -> RawClip:
     lines = text.head(_HEAD)
     delimiter = delimiter_of(next((line for line in lines if line.strip()), ""))
     said: dict[str, list[str]] = {}
+    moments: list[list[str]] = []
     skip = 0
     for line in lines:
         word, *values = cells(line, delimiter) or [""]
         if line.strip() and not _WORD.fullmatch(word):
             break
-        if word:
+        if word == "EVENT":
+            moments.append(values)
+        elif word:
             said[word] = values
         skip += 1
     kind = next(iter(said.get("DATA_INCLUDED", [])), "")
@@ -72,6 +78,10 @@ def read_qualisys(path: Path, salvage: bool) -> RawClip:
     notes = []
     if claimed and claimed != len(labels):
         notes.append(f"NO_OF_MARKERS is {claimed}, and {len(labels)} markers have a name")
+    events = tuple(_events(moments))
+    if len(events) < len(moments):
+        lost = len(moments) - len(events)
+        notes.append(f"events that cannot be read: {lost} of {len(moments)}")
     layout = Layout(
         skip=skip,
         delimiter=delimiter,
@@ -82,10 +92,18 @@ def read_qualisys(path: Path, salvage: bool) -> RawClip:
         time=time,
         said=int(_first_number(said, "NO_OF_FRAMES")),
     )
-    return raw_table(
+    raw = raw_table(
         text, layout, salvage,
         rate=_first_number(said, "FREQUENCY"), unit="mm", notes=tuple(notes),
     )  # fmt: skip
+    return replace(raw, events=events)
+
+
+def _events(moments: list[list[str]]) -> Iterable[RawEvent]:
+    """The events whose lines are whole: name, frame, time."""
+    for moment in moments:
+        if len(moment) > 2 and moment[0] and _NUMBER.fullmatch(moment[2]):
+            yield RawEvent(number(moment[2]), moment[0])
 
 
 def _first_number(said: dict[str, list[str]], word: str) -> float:

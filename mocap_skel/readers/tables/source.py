@@ -21,7 +21,7 @@ MOST_IN_A_LINE = 100_000
 """Cells of a line: 30,000 markers and more."""
 _SHOWN = 30
 DELIMITERS = ("\t", ";", ",")
-_DECIMAL_COMMA = re.compile(r"(?<![\d.])-?\d*,\d+(?![\d.,])")
+_DECIMAL_COMMA = re.compile(r"(?<![\d.])-?\d*,\d+(?:[eE][-+]?\d+)?(?![\d.,])")
 _DECIMAL_POINT = re.compile(r"\d\.\d")
 
 
