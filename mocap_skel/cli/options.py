@@ -89,6 +89,13 @@ class Named(click.ParamType):  # type: ignore[type-arg]  # as Length
         return [*found, CompletionItem(incomplete, type="file")]
 
 
+def _checked_rate(value: float | None) -> float | None:
+    """Refuse, before any work, a rate that the reader would refuse clip by clip."""
+    if value is not None and not 0.01 <= value <= 1e5:
+        raise CallError(f"a frame rate is a number from 0.01 to 100000, not {value:g}")
+    return value
+
+
 def missing_association() -> CallError:
     """What to say where there is no association file."""
     return CallError(
@@ -197,8 +204,9 @@ unit = click.option(
     "--unit", metavar="UNIT", help="Length unit of the clip (mm, cm, m), whatever the file says."
 )
 rate = click.option(
-    "--rate", type=float, metavar="HZ", help="Frames a second, whatever the file says."
-)
+    "--rate", type=float, metavar="HZ", help="Frames a second, whatever the file says.",
+    callback=lambda _ctx, _param, value: _checked_rate(value),
+)  # fmt: skip
 salvage = click.option(
     "--salvage",
     is_flag=True,

@@ -79,14 +79,15 @@ def _clips_of(word: str, without: Path | None) -> tuple[list[Path], str]:
         CallError: a pattern or a folder without a clip.
     """
     path = Path(word)
-    if path.is_dir():
+    # os.path, as Path's own questions raise an error for a name that is too long for the system.
+    if os.path.isdir(word):
         clips = _below(path, without)
         if not clips:
             raise CallError(
                 f"{path}: no clip in this folder, by the suffixes {', '.join(_suffixes())}"
             )
         return clips, str(_absolute(path))
-    if path.exists() or not glob.has_magic(word):
+    if os.path.exists(word) or not glob.has_magic(word):
         return [path], ""
     matching = (Path(one) for one in sorted(glob.glob(word, recursive=True)))
     clips = [one for one in matching if one.is_file() and not _inside(one, without)]

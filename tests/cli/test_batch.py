@@ -263,6 +263,7 @@ class TestTheCall:
             (["a/x.c3d", "--root", "empty"], "it does not lie below the --root"),
             (["a", "--assoc-for", "cmu"], "give a pattern of clips"),
             (["a", "--assoc-for", "x=cmuu"], "did you mean cmu?"),
+            (["a/x.c3d", "--rate", "inf"], "a frame rate is a number from"),
             (["a", "--engine", "dask"], "--engine dask and --scheduler ADDRESS go together"),
             (["a", "--calibration", "c.json", "--assoc-for", "x=cmu"], "goes with one --assoc"),
         ],
@@ -275,6 +276,16 @@ class TestTheCall:
         done = batch(*words, "-a", "cmu", cwd=tmp_path)
         assert (done.returncode, what in done.stderr, done.stdout) == (2, True, ""), done.stderr
         assert files(tmp_path) == ["a/x.C3D", "a/x.c3d"]
+
+    def test_a_name_too_long_for_the_system_does_not_stop_the_others(self, tmp_path):
+        shutil.copy(STILL, tmp_path / "a.c3d")
+        done = batch("y" * 5000, "a.c3d", "-a", "cmu", cwd=tmp_path)
+        assert done.returncode == 1
+        assert "bug" not in done.stderr
+        assert len(done.stderr.splitlines()) == 2
+        assert [(line["name"], line["status"]) for line in lines(tmp_path / "out")] == [
+            ("a", "done")
+        ]
 
     def test_tables_of_somebody_else_stay(self, tmp_path):
         (tmp_path / "out").mkdir()
